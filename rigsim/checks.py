@@ -1,0 +1,110 @@
+"""Input checks shared by every room: one line that names quantity, value and range."""
+
+import math
+
+import numpy as np
+
+
+def real(name, value, unit="", *, low=-math.inf, high=math.inf, low_open=False):
+    """Return ``value`` as a float inside [low, high], or (low, high] if ``low_open``.
+
+    Raises
+    ------
+    ValueError
+        If the value is no finite real number, or lies outside the range.
+    """
+    wanted = _range(low, high, low_open, unit)
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r} is not a number; expected {wanted}") from None
+    below = number <= low if low_open else number < low
+    if not math.isfinite(number) or below or number > high:
+        raise ValueError(f"{name} = {number:g}{_space(unit)} is not allowed; expected {wanted}")
+    return number
+
+
+def positive(name, value, unit=""):
+    """Return ``value`` as a finite float above zero; see `real`."""
+    return real(name, value, unit, low=0.0, low_open=True)
+
+
+def integer(name, value, *, low, high=math.inf):
+    """Return ``value`` as an int inside [low, high].
+
+    Raises
+    ------
+    ValueError
+        If the value is not a whole number, or lies outside the range.
+    """
+    number = real(name, value, low=low, high=high)
+    if number != int(number):
+        raise ValueError(f"{name} = {number:g} is not allowed; expected a whole number")
+    return int(number)
+
+
+def one_of(name, value, allowed):
+    """Return ``value`` if it is one of ``allowed``.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+    """
+    if value not in allowed:
+        raise ValueError(f"{name} = {value!r} is not allowed; expected one of {', '.join(map(repr, allowed))}")
+    return value
+
+
+def array(name, values, unit="", *, low=-math.inf, high=math.inf, low_open=False, ndim=1, min_size=1):
+    """Return ``values`` as a float array whose every element lies in the range of `real`.
+
+    Parameters
+    ----------
+    ndim : int
+        Number of dimensions wanted; a scalar is widened to one dimension.
+    min_size : int
+        Fewest elements allowed.
+
+    Raises
+    ------
+    ValueError
+        Naming the first element that is not finite or lies outside the range.
+    """
+    try:
+        result = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is not an array of real numbers") from None
+    if result.ndim == 0 and ndim == 1:
+        result = result.reshape(1)
+    if result.ndim != ndim:
+        raise ValueError(f"{name} has {result.ndim} dimensions; expected {ndim}")
+    if result.size < min_size:
+        raise ValueError(f"{name} has {result.size} elements; expected at least {min_size}")
+    with np.errstate(invalid="ignore"):
+        below = result <= low if low_open else result < low
+        bad = ~np.isfinite(result) | below | (result > high)
+    if bad.any():
+        first = tuple(int(i) for i in np.argwhere(bad)[0])
+        place = ", ".join(map(str, first))
+        raise ValueError(
+            f"{name}[{place}] = {result[first]:g}{_space(unit)} is not allowed; "
+            f"expected {_range(low, high, low_open, unit)}"
+        )
+    return result
+
+
+def _space(unit):
+    return f" {unit}" if unit else ""
+
+
+def _range(low, high, low_open, unit):
+    if low == -math.inf and high == math.inf:
+        text = "a finite number"
+    elif high == math.inf:
+        text = f"a finite number {'above' if low_open else 'of at least'} {low:g}"
+    elif low == -math.inf:
+        text = f"a finite number of at most {high:g}"
+    else:
+        text = f"a number {'above' if low_open else 'from'} {low:g} {'and at most' if low_open else 'to'} {high:g}"
+    return text + _space(unit)

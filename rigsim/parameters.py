@@ -1,0 +1,263 @@
+"""Parameters of the rig and of the two-degree-of-freedom theory (the paper's Tables 1, 2 and 5)."""
+
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+
+import numpy as np
+
+from . import checks
+
+
+def _quantity(unit, meaning, **options):
+    return field(metadata={"unit": unit, "meaning": meaning}, **options)
+
+
+class _Table:
+    """Replacing and tabulating, shared by the parameter sets."""
+
+    def replace(self, **changes):
+        """A copy with some fields changed, checked again.
+
+        Raises
+        ------
+        ValueError
+            If a name is no field, or a value is not allowed.
+        """
+        known = [item.name for item in fields(self)]
+        for name in changes:
+            checks.one_of(f"field of {type(self).__name__}", name, known)
+        return replace(self, **changes)
+
+    def table(self):
+        """`pandas.DataFrame` of name, value, unit and meaning."""
+        import pandas as pd
+
+        rows = [(f.name, getattr(self, f.name), f.metadata["unit"], f.metadata["meaning"]) for f in fields(self)]
+        return pd.DataFrame(rows, columns=["parameter", "value", "unit", "meaning"]).set_index("parameter")
+
+    def _repr_html_(self):
+        return self.table().to_html()
+
+    def _check(self, **ranges):
+        """Replace each named field by its checked float; see `checks.real` for the ranges."""
+        for item in fields(self):
+            if item.name in ranges:
+                value = checks.real(item.name, getattr(self, item.name), item.metadata["unit"], **ranges[item.name])
+                object.__setattr__(self, item.name, value)
+
+
+_POSITIVE = {"low": 0.0, "low_open": True}
+_NOT_NEGATIVE = {"low": 0.0}
+
+
+@dataclass(frozen=True)
+class Nondimensional(_Table):
+    """The five numbers of Eqs. (4a, b): the paper's Table 5."""
+
+    mu: float = _quantity("", "mass ratio m/ms")
+    zeta_s: float = _quantity("", "damping ratio of the shaker, cs/(2 ms omega_s)")
+    zeta: float = _quantity("", "damping ratio of the attachment, c/(2 m omega_s)")
+    Omega0: float = _quantity("", "frequency ratio sqrt(k1/m)/omega_s")
+    gamma: float = _quantity("", "nonlinear coefficient k3 (F/ks)^2/(mu ks)")
+
+    def __post_init__(self):
+        self._check(mu=_POSITIVE, zeta_s=_NOT_NEGATIVE, zeta=_NOT_NEGATIVE, Omega0=_NOT_NEGATIVE, gamma=_NOT_NEGATIVE)
+
+
+@dataclass(frozen=True)
+class OscillatorParameters(_Table):
+    """The seven numbers of the two-degree-of-freedom theory, Eqs. (3a, b).
+
+    Raises
+    ------
+    ValueError
+        If a mass or ``ks`` is not above zero, or another value is negative or not finite.
+    """
+
+    ms: float = _quantity("kg", "mass of the shaker's moving part and frame")
+    ks: float = _quantity("N/m", "stiffness of the shaker")
+    cs: float = _quantity("N s/m", "damping of the shaker")
+    m: float = _quantity("kg", "suspended mass")
+    c: float = _quantity("N s/m", "axial damping of the suspension")
+    k1: float = _quantity("N/m", "linear stiffness of the suspension")
+    k3: float = _quantity("N/m^3", "cubic stiffness of the suspension")
+
+    def __post_init__(self):
+        self._check(
+            ms=_POSITIVE, ks=_POSITIVE, cs=_NOT_NEGATIVE, m=_POSITIVE, c=_NOT_NEGATIVE, k1=_NOT_NEGATIVE, k3=_NOT_NEGATIVE
+        )
+
+    @property
+    def oscillator(self):
+        """Itself, so that single-term theory takes this or `RigParameters` alike."""
+        return self
+
+    @property
+    def omega_s(self):
+        """Natural frequency of the shaker alone, sqrt(ks/ms) (rad/s)."""
+        return float(np.sqrt(self.ks / self.ms))
+
+    def nondimensional(self, force):
+        """The five numbers of Eqs. (4a, b) at force amplitude ``force`` (N, above zero)."""
+        force = checks.positive("force", force, "N")
+        mu = self.m / self.ms
+        return Nondimensional(
+            mu=mu,
+            zeta_s=self.cs / (2 * self.ms * self.omega_s),
+            zeta=self.c / (2 * self.m * self.omega_s),
+            Omega0=float(np.sqrt(self.k1 / self.m)) / self.omega_s,
+            gamma=self.k3 * (force / self.ks) ** 2 / (mu * self.ks),
+        )
+
+    @classmethod
+    def from_nondimensional(cls, mu, zeta_s, zeta, Omega0, gamma, *, ms=1.0, ks=1.0, force=1.0):
+        """Parameters whose `nondimensional` at ``force`` (N) is the given set, for a shaker of ``ms`` kg, ``ks`` N/m."""
+        group = Nondimensional(mu, zeta_s, zeta, Omega0, gamma)
+        ms, ks = checks.positive("ms", ms, "kg"), checks.positive("ks", ks, "N/m")
+        force = checks.positive("force", force, "N")
+        m, omega_s = group.mu * ms, np.sqrt(ks / ms)
+        return cls(
+            ms=ms,
+            ks=ks,
+            cs=2 * group.zeta_s * ms * omega_s,
+            m=m,
+            c=2 * group.zeta * m * omega_s,
+            k1=m * (group.Omega0 * omega_s) ** 2,
+            k3=group.gamma * group.mu * ks * (ks / force) ** 2,
+        )
+
+
+@dataclass(frozen=True)
+class RigParameters(_Table):
+    """The multi-body rig in the vertical plane; the defaults are the paper's (Tables 1 and 2).
+
+    Wires are counted set by set in the order up, down, left, right. ``k`` is one number,
+    or one for each of the ``4 wire_sets`` wires. ``set_half_spacing`` None means
+    Lm/2 - abs(LG), the widest pair symmetric about P that the cylinder can carry.
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite or outside its range, if d0 > d, if the centre of mass or
+        a wire set lies beyond the cylinder, or if ``k`` has the wrong length.
+    """
+
+    ms: float = _quantity("kg", "mass of the shaker's moving part and frame", default=0.154)
+    ks: float = _quantity("N/m", "stiffness of the shaker", default=1.88e4)
+    cs: float = _quantity("N s/m", "damping of the shaker", default=9.86)
+    m: float = _quantity("kg", "suspended mass", default=0.0052)
+    c: float = _quantity("N s/m", "axial damping between frame and P", default=0.026)
+    k: float | tuple[float, ...] = _quantity("N/m", "stiffness of a wire, one number or one per wire", default=4e4)
+    d: float = _quantity("m", "installed length of a wire", default=0.034)
+    d0: float = _quantity("m", "unstretched length of a wire", default=0.033997)
+    Lm: float = _quantity("m", "length of the cylinder", default=0.025)
+    Rm: float = _quantity("m", "radius of the cylinder", default=0.004)
+    LG: float = _quantity("m", "centre of mass along the axis from P", default=0.025 / 8)
+    wire_sets: int = _quantity("", "number of wire sets: 1 (Fig. 1) or 2 (Fig. 2)", default=2)
+    set_half_spacing: float | None = _quantity("m", "distance of each of two sets from P", default=None)
+    gravity: float = _quantity("m/s^2", "acceleration of gravity", default=9.81)
+    wire_damping: float = _quantity("N s/m", "damping along each wire", default=0.0)
+    rocking_damping: float = _quantity("N m s/rad", "damping of the tilt rate", default=0.0)
+    tension_only: bool = _quantity("", "whether slack wires let go instead of pushing", default=False)
+
+    def __post_init__(self):
+        self._check(
+            ms=_POSITIVE,
+            ks=_POSITIVE,
+            cs=_NOT_NEGATIVE,
+            m=_POSITIVE,
+            c=_NOT_NEGATIVE,
+            d=_POSITIVE,
+            d0=_POSITIVE,
+            Lm=_POSITIVE,
+            Rm=_POSITIVE,
+            LG={},
+            gravity=_NOT_NEGATIVE,
+            wire_damping=_NOT_NEGATIVE,
+            rocking_damping=_NOT_NEGATIVE,
+        )
+        if self.d0 > self.d:
+            raise ValueError(f"d0 = {self.d0:g} m is not allowed; expected at most the installed length d = {self.d:g} m")
+        if abs(self.LG) >= self.Lm / 2:
+            raise ValueError(f"LG = {self.LG:g} m is not allowed; P must lie on the cylinder, abs(LG) < Lm/2 = {self.Lm / 2:g} m")
+        set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        set_field("wire_sets", checks.integer("wire_sets", self.wire_sets, low=1, high=2))
+        set_field("tension_only", bool(checks.one_of("tension_only", self.tension_only, (False, True))))
+        set_field("k", self._checked_stiffness())
+        if self.set_half_spacing is not None:
+            set_field("set_half_spacing", self._checked_half_spacing())
+
+    def _checked_stiffness(self):
+        stiffness = checks.array("k", self.k, "N/m", low=0.0)
+        if not stiffness.sum() > 0:
+            raise ValueError("k = 0 N/m is not allowed; expected at least one wire of stiffness above 0 N/m")
+        if np.ndim(self.k) == 0:
+            return float(stiffness[0])
+        if stiffness.size != 4 * self.wire_sets:
+            raise ValueError(f"k has {stiffness.size} values; expected 1 or {4 * self.wire_sets}, one per wire")
+        return tuple(stiffness.tolist())
+
+    def _checked_half_spacing(self):
+        if self.wire_sets == 1:
+            raise ValueError(
+                f"set_half_spacing = {self.set_half_spacing} m is not allowed with wire_sets = 1; expected None, the set is at P"
+            )
+        return checks.real("set_half_spacing", self.set_half_spacing, "m", low=0.0, high=self.Lm / 2 - abs(self.LG))
+
+    @cached_property
+    def wire_stiffness(self):
+        """Stiffness of each wire (N/m), shape (4 wire_sets,)."""
+        return np.broadcast_to(np.asarray(self.k, dtype=float), (4 * self.wire_sets,))
+
+    @property
+    def set_positions(self):
+        """Axial positions of the wire sets from P (m), one value a set."""
+        if self.wire_sets == 1:
+            return (0.0,)
+        half = self.Lm / 2 - abs(self.LG) if self.set_half_spacing is None else self.set_half_spacing
+        return (-half, half)
+
+    @property
+    def inertia(self):
+        """Moment of inertia of the uniform cylinder about its centre, across the axis (kg m^2)."""
+        return self.m * (3 * self.Rm**2 + self.Lm**2) / 12
+
+    @property
+    def k1(self):
+        """Linear stiffness of Eq. (2), sum(k) (1 - d0/d) (N/m)."""
+        return float(self.wire_stiffness.sum() * (self.d - self.d0) / self.d)
+
+    @property
+    def k3(self):
+        """Cubic stiffness of Eq. (2), sum(k) d0/(2 d^3) (N/m^3)."""
+        return float(self.wire_stiffness.sum() * self.d0 / (2 * self.d**3))
+
+    @property
+    def oscillator(self):
+        """`OscillatorParameters` of the same rig: Eq. (2) in place of the wires."""
+        return OscillatorParameters(self.ms, self.ks, self.cs, self.m, self.c, self.k1, self.k3)
+
+    def nondimensional(self, force):
+        """The five numbers of Eqs. (4a, b) at force amplitude ``force`` (N, above zero)."""
+        return self.oscillator.nondimensional(force)
+
+    def single_set(self):
+        """The rig of Fig. 1: one set at P, each wire as stiff as the two it replaces, so k1 and k3 stay."""
+        if self.wire_sets == 1:
+            return self
+        first, second = self.wire_stiffness.reshape(2, 4)
+        stiffness = 2 * self.k if np.ndim(self.k) == 0 else tuple((first + second).tolist())
+        return self.replace(wire_sets=1, set_half_spacing=None, k=stiffness)
+
+
+def oscillator_of(parameters):
+    """The `OscillatorParameters` of either kind of parameter set.
+
+    Raises
+    ------
+    ValueError
+        If it is neither.
+    """
+    if not isinstance(parameters, (OscillatorParameters, RigParameters)):
+        raise ValueError(f"parameters = {parameters!r} is not allowed; expected RigParameters or OscillatorParameters")
+    return parameters.oscillator
