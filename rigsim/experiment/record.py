@@ -1,0 +1,238 @@
+"""`Record`: the channels of a test, and the two plain file formats they travel in."""
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from uuid import uuid4
+
+import numpy as np
+
+from .. import checks, parameters
+from ..results import Result
+
+HOLDS = ("zero", "linear", "band-limited")
+UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad"}
+_DETAILS = ("hold", "seed", "start", "parameters", "step")
+_KINDS = {kind.__name__: kind for kind in (parameters.RigParameters, parameters.OscillatorParameters)}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Record(Result):
+    """Force and displacements of one test, sampled together.
+
+    Sample k of every displacement is taken before ``force[k]`` acts.
+
+    Parameters
+    ----------
+    force : array_like, shape (n,)
+        Force on the shaker (N).
+    shaker, mass : array_like, shape (n,)
+        Displacement of the shaker xs and of the suspended mass x (m).
+    sample_rate : float
+        Samples a second (Hz).
+    hold : {"zero", "linear", "band-limited"}
+        What the force did between samples: kept its value, ran straight to the next
+        one, or had nothing above half the sample rate (a measured force).
+    tilt : array_like, shape (n,), optional
+        Tilt of the suspended mass, counter-clockwise positive (rad).
+    seed : int, optional
+        Seed of the force.
+    start : str, optional
+        State at the first sample: "rest" or "equilibrium".
+    parameters : RigParameters or OscillatorParameters, optional
+        What was tested, where it is known.
+    step : float, optional
+        Integration step behind a simulated record (s).
+
+    Raises
+    ------
+    ValueError
+        If a channel holds a value that is not finite, has fewer than 2 samples or not as
+        many as the force, or if the sample rate, the hold or a detail is not allowed.
+    """
+
+    force: np.ndarray
+    shaker: np.ndarray
+    mass: np.ndarray
+    sample_rate: float
+    hold: str = "zero"
+    tilt: np.ndarray | None = None
+    seed: int | None = None
+    start: str | None = None
+    parameters: object = None
+    step: float | None = None
+
+    plot_name = "record_figure"
+
+    def __post_init__(self):
+        set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        for name, unit in UNITS.items():
+            values = getattr(self, name)
+            if values is None and name == "tilt":
+                continue
+            channel = np.array(checks.array(name, values, unit, min_size=2))
+            if channel.size != np.size(self.force):
+                raise ValueError(
+                    f"{name} has {channel.size} samples; expected {np.size(self.force)}, as many as the force"
+                )
+            channel.flags.writeable = False
+            set_field(name, channel)
+        set_field("sample_rate", checks.positive("sample_rate", self.sample_rate, "Hz"))
+        checks.one_of("hold", self.hold, HOLDS)
+        if self.seed is not None:
+            set_field("seed", checks.integer("seed", self.seed, low=0))
+        if self.start is not None:
+            checks.one_of("start", self.start, ("rest", "equilibrium"))
+        if self.step is not None:
+            set_field("step", checks.positive("step", self.step, "s"))
+        if self.parameters is not None:
+            parameters.oscillator_of(self.parameters)
+
+    @property
+    def time(self):
+        """Instant of each sample from the first (s), shape (n,)."""
+        return np.arange(self.force.size) / self.sample_rate
+
+    @property
+    def relative(self):
+        """Relative displacement z = xs - x (m), shape (n,)."""
+        return self.shaker - self.mass
+
+    @property
+    def duration(self):
+        """Length of the record, n samples (s)."""
+        return self.force.size / self.sample_rate
+
+    @property
+    def channels(self):
+        """The measured channels by name, in the order force, shaker, mass and, where there is one, tilt."""
+        return {name: getattr(self, name) for name in UNITS if getattr(self, name) is not None}
+
+    def summary(self):
+        return (
+            f"Record of {self.duration:g} s at {self.sample_rate:g} Hz ({self.force.size} samples): force "
+            f"{self.force.std():.4g} N rms ({self.hold} hold), largest |xs - x| {1e3 * abs(self.relative).max():.4g} mm"
+        )
+
+    def table(self):
+        """`pandas.DataFrame` of rms about the mean, mean and largest value of each channel and of z."""
+        import pandas as pd
+
+        channels = self.channels | {"relative": self.relative}
+        rows = [(name, c.std(), c.mean(), abs(c).max(), UNITS.get(name, "m")) for name, c in channels.items()]
+        return pd.DataFrame(rows, columns=["channel", "rms", "mean", "largest", "unit"]).set_index("channel")
+
+    def save(self, path):
+        """Write the record, whole or not at all; the suffix chooses the format.
+
+        ``.csv``: a first line ``# {...}`` with sample rate, hold and details as JSON, a line
+        of channel names, then a line a sample, with every digit. ``.nc``: netCDF 4, the same
+        details as attributes.
+
+        Parameters
+        ----------
+        path : str or path
+            Where to; an existing file is replaced.
+
+        Raises
+        ------
+        ValueError
+            If the suffix is neither.
+        """
+        path, write = Path(path), _format(path, _WRITERS)
+        temporary = path.with_name(f".{path.stem}-{uuid4().hex}{path.suffix}")
+        try:
+            write(self, temporary)
+            os.replace(temporary, path)
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
+
+    @classmethod
+    def load(cls, path):
+        """Read a file that `save` wrote, or a ``.csv`` of one's own in the same form.
+
+        The least a first line can say is ``# {"sample_rate": 2000}``; the second names the
+        columns, force, shaker and mass in any order, in N and m.
+
+        Raises
+        ------
+        ValueError
+            If the suffix is unknown, the file is not in that form, or its values are not allowed.
+        """
+        path, read = Path(path), _format(path, _READERS)
+        details, channels = read(path)
+        for name in ("force", "shaker", "mass"):
+            if name not in channels:
+                raise ValueError(f"{path} has no channel {name}; expected force, shaker and mass")
+        if "sample_rate" not in details:
+            raise ValueError(f'{path} has no sample rate; expected a first line such as # {{"sample_rate": 2000}}')
+        known = ("sample_rate", *_DETAILS)
+        for name in details:
+            checks.one_of(f"detail in {path}", name, known)
+        for name in channels:
+            checks.one_of(f"channel in {path}", name, tuple(UNITS))
+        tested = details.pop("parameters", None)
+        if tested is not None:
+            kind = _KINDS[checks.one_of(f"kind of parameters in {path}", tested.pop("kind", None), tuple(_KINDS))]
+            tested = kind(**tested)
+        return cls(**channels, **details, parameters=tested)
+
+
+def _details(record):
+    """What the header of a file says, without what is unknown."""
+    details = {"sample_rate": record.sample_rate} | {name: getattr(record, name) for name in _DETAILS}
+    if record.parameters is not None:
+        details["parameters"] = {"kind": type(record.parameters).__name__, **asdict(record.parameters)}
+    return {name: value for name, value in details.items() if value is not None}
+
+
+def _write_csv(record, path):
+    channels = record.channels
+    header = f"# {json.dumps(_details(record))}\n{','.join(channels)}"
+    np.savetxt(path, np.column_stack(list(channels.values())), fmt="%.17g", delimiter=",", header=header, comments="")
+
+
+def _read_csv(path):
+    with open(path, encoding="utf-8") as file:
+        first, names = file.readline(), file.readline()
+    try:
+        details = json.loads(first.removeprefix("#"))
+        values = np.loadtxt(path, delimiter=",", skiprows=2, ndmin=2)
+    except ValueError as error:
+        raise ValueError(f"{path} cannot be read as a record: {error}") from None
+    names = [name.strip() for name in names.split(",")]
+    if not first.startswith("#") or not isinstance(details, dict) or len(names) != values.shape[1]:
+        raise ValueError(
+            f"{path} is not a record; expected a line # {{...}}, a line of channel names and as many columns"
+        )
+    return details, dict(zip(names, values.T, strict=True))
+
+
+def _write_netcdf(record, path):
+    import xarray as xr
+
+    variables = {name: ("time", values, {"units": UNITS[name]}) for name, values in record.channels.items()}
+    time = ("time", record.time, {"units": "s"})
+    dataset = xr.Dataset(variables, coords={"time": time}, attrs={"rigsim_record": json.dumps(_details(record))})
+    dataset.to_netcdf(path, engine="h5netcdf")
+
+
+def _read_netcdf(path):
+    import xarray as xr
+
+    # decode_times would turn a time in seconds into calendar differences.
+    with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
+        if "rigsim_record" not in dataset.attrs:
+            raise ValueError(f"{path} is not a record; expected an attribute rigsim_record")
+        details = json.loads(dataset.attrs["rigsim_record"])
+        return details, {str(name): dataset[name].values for name in dataset.data_vars}
+
+
+_WRITERS = {".csv": _write_csv, ".nc": _write_netcdf}
+_READERS = {".csv": _read_csv, ".nc": _read_netcdf}
+
+
+def _format(path, formats):
+    return formats[checks.one_of(f"suffix of {path.name}", path.suffix.lower(), tuple(formats))]

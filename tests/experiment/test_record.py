@@ -1,0 +1,142 @@
+"""`Record`: checks at construction, and files that give back the same bits."""
+
+import os
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from rigsim.experiment.record import Record
+from rigsim.parameters import OscillatorParameters, RigParameters
+
+
+def small(**changes):
+    rng = np.random.default_rng(1)
+    force, shaker, mass, tilt = rng.normal(size=(4, 50)) * [[1.0], [1e-4], [1e-4], [1e-6]]
+    options = {"force": force, "shaker": shaker, "mass": mass, "sample_rate": 2000, "tilt": tilt} | changes
+    return Record(**options)
+
+
+def test_channels_time_and_summary():
+    record = small()
+    assert record.duration == 0.025
+    np.testing.assert_array_equal(record.time, np.arange(50) / 2000)
+    np.testing.assert_array_equal(record.relative, record.shaker - record.mass)
+    assert "50 samples" in record.summary() and "\n" not in record.summary()
+    assert list(record.table().index) == ["force", "shaker", "mass", "tilt", "relative"]
+
+
+def test_a_record_is_frozen_and_keeps_its_own_copy():
+    force = np.ones(50)
+    record = small(force=force)
+    force[0] = 7
+    assert record.force[0] == 1
+    with pytest.raises(ValueError, match="read-only"):
+        record.force[0] = 2
+    with pytest.raises(AttributeError):
+        record.sample_rate = 1.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"mass": np.r_[np.zeros(17), np.nan, np.zeros(32)]}, r"mass\[17\] = nan m"),
+        ({"shaker": np.zeros(49)}, "shaker has 49 samples; expected 50"),
+        ({"tilt": np.zeros(51)}, "tilt has 51 samples"),
+        ({"force": [1.0]}, "force has 1 elements; expected at least 2"),
+        ({"force": np.zeros((5, 10))}, "force has 2 dimensions"),
+        ({"sample_rate": 0}, "sample_rate = 0 Hz"),
+        ({"sample_rate": -1}, "sample_rate = -1 Hz"),
+        ({"hold": "cubic"}, "hold = 'cubic'"),
+        ({"start": "somewhere"}, "start = 'somewhere'"),
+        ({"seed": -3}, "seed = -3"),
+        ({"step": 0.0}, "step = 0 s"),
+        ({"parameters": 3}, "parameters = 3"),
+    ],
+)
+def test_bad_input_is_named(changes, message):
+    with pytest.raises(ValueError, match=message):
+        small(**changes)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".nc"])
+@pytest.mark.parametrize(
+    "details",
+    [
+        {},
+        {"tilt": None, "hold": "band-limited"},
+        {"seed": 2014, "start": "rest", "step": 5e-5, "parameters": RigParameters(k=[1e4, 2e4] * 4)},
+        {"parameters": OscillatorParameters(0.154, 1.88e4, 9.86, 0.0052, 0.026, 28.235, 1.38e8), "hold": "linear"},
+    ],
+)
+def test_files_give_back_every_bit(tmp_path, suffix, details):
+    record = small(**details)
+    path = tmp_path / f"record{suffix}"
+    record.save(path)
+    again = Record.load(path)
+    assert again.channels.keys() == record.channels.keys()
+    for name, values in record.channels.items():
+        np.testing.assert_array_equal(getattr(again, name), values)
+    for name in ("sample_rate", "hold", "seed", "start", "parameters", "step"):
+        assert getattr(again, name) == getattr(record, name)
+    assert os.listdir(tmp_path) == [path.name]
+
+
+@given(arrays(float, (3, 4), elements=st.floats(allow_nan=False, allow_infinity=False)))
+def test_any_finite_numbers_survive_a_csv(tmp_path_factory, values):
+    path = tmp_path_factory.mktemp("csv") / "record.csv"
+    Record(*values, sample_rate=0.1).save(path)
+    again = Record.load(path)
+    np.testing.assert_array_equal([again.force, again.shaker, again.mass], values)
+
+
+def test_a_user_can_write_the_least_csv(tmp_path):
+    path = tmp_path / "mine.csv"
+    path.write_text('# {"sample_rate": 500}\nmass, force, shaker\n1,2,3\n4,5,6\n')
+    record = Record.load(path)
+    assert record.sample_rate == 500 and record.hold == "zero"
+    np.testing.assert_array_equal(record.force, [2, 5])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("mass,force,shaker\n1,2,3\n", "cannot be read as a record"),
+        ('# {"sample_rate": 5}\nforce,shaker\n1,2\n3,4\n', "no channel mass"),
+        ('# {"hold": "zero"}\nforce,shaker,mass\n1,2,3\n4,5,6\n', "no sample rate"),
+        ('# {"sample_rate": 5, "colour": 1}\nforce,shaker,mass\n1,2,3\n4,5,6\n', "colour"),
+        ('# {"sample_rate": 5}\nforce,shaker,mass\n1,2,3\n4,nan,6\n', r"shaker\[1\] = nan m"),
+        ('# {"sample_rate": 5}\nforce,shaker,mass\n1,2,3\n4,six,6\n', "cannot be read as a record"),
+        ('# {"sample_rate": 5}\nforce,shaker,mass\n1,2,3,4\n', "as many columns"),
+        ('# {"sample_rate": 5, "parameters": {"kind": "os"}}\nforce,shaker,mass\n1,2,3\n4,5,6\n', "'os'"),
+    ],
+)
+def test_bad_files_are_named(tmp_path, text, message):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        Record.load(path)
+
+
+def test_unknown_suffix(tmp_path):
+    with pytest.raises(ValueError, match="suffix of record.pkl"):
+        small().save(tmp_path / "record.pkl")
+    with pytest.raises(ValueError, match="suffix"):
+        Record.load(tmp_path / "record.npy")
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "record.csv"
+    small().save(path)
+    before = path.read_bytes()
+
+    def broken(*args, **options):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(np, "savetxt", broken)
+    with pytest.raises(OSError, match="disk full"):
+        small(sample_rate=1).save(path)
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == [path.name]
