@@ -1,0 +1,50 @@
+"""rigsim: a virtual experiment on a coupled linear and nonlinear oscillator with detached resonance curves.
+
+Everything public is importable from here and loaded when it is first asked for, so that
+``import rigsim`` needs the standard library only and ``python3 -m rigsim`` runs on a fresh clone.
+"""
+
+from importlib import import_module
+
+__version__ = "0.1.0"
+
+# Where each public name lives.
+_HOME = {
+    "OscillatorParameters": "parameters",
+    "RigParameters": "parameters",
+    "Nondimensional": "parameters",
+    "wire_force": "model.wires",
+    "static_equilibrium": "model.planar",
+    "linear_modes": "model.planar",
+    "Tap": "model.excitation",
+    "frequency_response": "response.amplitude",
+    "FrequencyResponse": "response.amplitude",
+    "folds": "response.detached",
+    "jump_frequencies": "response.detached",
+    "detached_curves": "response.detached",
+    "force_scenario": "response.detached",
+    "Fold": "response.detached",
+    "DetachedCurve": "response.detached",
+    "ForceEvent": "response.detached",
+    "Record": "experiment.record",
+    "simulate": "experiment.random_test",
+    "random_test": "experiment.random_test",
+    "sine_test": "experiment.sine_test",
+    "SineTest": "experiment.sine_test",
+    "identify": "identification.nsi",
+    "Identification": "identification.nsi",
+}
+
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name):
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f".{_HOME[name]}", __name__), name)
+    globals()[name] = value  # found once, then an ordinary attribute
+    return value
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})

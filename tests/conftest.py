@@ -1,0 +1,57 @@
+"""What every test shares: the ``--full`` option, and the promise that no test changes global state."""
+
+import random
+import sys
+
+import numpy as np
+import pytest
+
+try:
+    import hypothesis
+except ModuleNotFoundError:  # only the tests that use it need it
+    pass
+else:
+    # The same examples every time, and no verdict that depends on how fast the machine is.
+    hypothesis.settings.register_profile("rigsim", derandomize=True, deadline=None, database=None)
+    hypothesis.settings.load_profile("rigsim")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--full", action="store_true", help="run the long checks too")
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "full: a long check, run only with --full")
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--full"):
+        return
+    skip = pytest.mark.skip(reason="long check: run with --full")
+    for item in items:
+        if "full" in item.keywords:
+            item.add_marker(skip)
+
+
+def _global_state():
+    state = {
+        "numpy's floating-point error handling": np.geterr(),
+        "numpy's legacy random state": [np.asarray(part).tobytes() for part in np.random.get_state()],  # noqa: NPY002
+        "the random module's state": random.getstate(),
+    }
+    matplotlib = sys.modules.get("matplotlib")
+    if matplotlib is not None:
+        settings = dict(dict.items(matplotlib.rcParams))
+        settings.pop("backend", None)  # resolved by matplotlib itself when first used
+        state["matplotlib's rcParams"] = settings
+    return state
+
+
+@pytest.fixture(autouse=True)
+def no_global_state():
+    """No test, and nothing that a test calls, changes a setting that others see."""
+    before = _global_state()
+    yield
+    after = _global_state()
+    changed = [name for name in before if before[name] != after[name]]
+    assert not changed, f"the test changed {', '.join(changed)}"

@@ -1,0 +1,157 @@
+"""The house keeps its order: a light front door, one-way imports, documented arguments."""
+
+import ast
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import rigsim
+
+PACKAGE = Path(rigsim.__file__).parent
+
+# Rooms from left to right; a room may import itself and what stands before it. Rooms on one line do not see each other.
+ROOMS = [
+    {"checks", "results"},
+    {"parameters"},
+    {"campaign"},
+    {"model"},
+    {"response", "experiment"},
+    {"identification"},
+    {"present"},
+]
+RANK = {room: rank for rank, rooms in enumerate(ROOMS) for room in rooms}
+# results.Result.plot forwards to present: the one arrow against the flow.
+EXCEPTIONS = {("results", "present")}
+FRONT = {"__init__.py", "__main__.py", "environment.py"}
+
+
+def modules():
+    return sorted(
+        path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py") if path.name not in FRONT or path.parent != PACKAGE
+    )
+
+
+def imported_rooms(path):
+    """Rooms of rigsim that a module imports, wherever in the file."""
+    parts = ("rigsim", *path.parts)
+    for node in ast.walk(ast.parse((PACKAGE / path).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(parts[: len(parts) - node.level]) if node.level else ""
+            module = ".".join(filter(None, [base, node.module]))
+            names = [f"{module}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        for name in names:
+            if name.startswith("rigsim."):
+                yield name.split(".")[1]
+
+
+@pytest.mark.parametrize("path", modules(), ids=str)
+def test_imports_flow_one_way(path):
+    room = path.parts[0].removesuffix(".py")
+    assert room in RANK, f"the room {room} has no place in the order"
+    for other in imported_rooms(path):
+        allowed = other == room or (room, other) in EXCEPTIONS or other.startswith("__") or RANK[other] < RANK[room]
+        assert allowed, f"{path} imports {other}, which does not stand to its left"
+
+
+def test_import_check_sees_every_form(tmp_path, monkeypatch):
+    (tmp_path / "model").mkdir()
+    for text in (
+        "from ..present import figures",
+        "from .. import present",
+        "import rigsim.present.figures",
+        "def f():\n    from rigsim.present.figures import x",
+    ):
+        (tmp_path / "model" / "x.py").write_text(text)
+        monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path)
+        assert list(imported_rooms(Path("model/x.py"))) == ["present"]
+
+
+def loaded_by(statement):
+    """Top-level names in sys.modules of a fresh Python after the statement."""
+    code = f"import sys\n{statement}\nprint(*{{name.partition('.')[0] for name in sys.modules}})"
+    done = subprocess.run([sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+def test_front_door_is_light():
+    third_party = loaded_by("import rigsim, rigsim.environment") - set(sys.stdlib_module_names) - {"rigsim"}
+    assert not {name for name in third_party if not name.startswith("_")} - loaded_by("pass")
+
+
+def test_core_loads_without_plotting():
+    rooms = [room for rooms in ROOMS[:-1] for room in rooms]
+    names = {home.partition(".")[0] for home in rigsim._HOME.values()} & set(rooms)
+    statement = "import rigsim\n" + "".join(
+        f"rigsim.{name}\n" for name, home in rigsim._HOME.items() if home.partition(".")[0] in names
+    )
+    assert not loaded_by(statement) & {"matplotlib", "ipywidgets", "IPython", "nbconvert"}
+
+
+@pytest.mark.parametrize("name", rigsim.__all__)
+def test_public_name_loads(name):
+    value = getattr(rigsim, name)
+    assert value.__name__ == name
+    assert value.__module__ == f"rigsim.{rigsim._HOME[name]}", (
+        "the table should name the module the thing is defined in"
+    )
+    assert name in dir(rigsim)
+
+
+def test_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no_such_thing"):
+        _ = rigsim.no_such_thing
+
+
+def test_version_is_the_projects():
+    tomllib = importlib.import_module("tomllib")
+    project = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert rigsim.__version__ == project["version"]
+
+
+def undocumented(function, text):
+    """Arguments of a function that a numpydoc Parameters section does not name."""
+    section = re.search(r"^\s*Parameters\n\s*-{3,}\n(.*?)(?=^\s*\w+\n\s*-{3,}\n|\Z)", text, re.M | re.S)
+    named = set()
+    if section:
+        for line in re.findall(r"^\s*([\w*, ]+?)\s*:", section[1], re.M):
+            named |= {part.strip().lstrip("*") for part in line.split(",")}
+        named |= set(re.findall(r"^\s*\*\*?(\w+)\s*$", section[1], re.M))
+    return [name for name in inspect.signature(function).parameters if name not in {"self", "cls", *named}]
+
+
+@pytest.mark.parametrize("name", rigsim.__all__)
+def test_every_argument_is_documented(name):
+    public = getattr(rigsim, name)
+    assert inspect.getdoc(public), f"{name} has no docstring"
+    if inspect.isfunction(public):
+        assert not undocumented(public, inspect.getdoc(public))
+        return
+    for key, method in vars(public).items():
+        if inspect.isfunction(method) and not key.startswith("_"):
+            assert inspect.getdoc(method), f"{name}.{key} has no docstring"
+
+
+def test_undocumented_argument_is_seen():
+    def sample(a, b, *, c=1):
+        """Sum.
+
+        Parameters
+        ----------
+        a, b : float
+            Summands.
+
+        Returns
+        -------
+        float
+        """
+
+    assert undocumented(sample, inspect.getdoc(sample)) == ["c"]
