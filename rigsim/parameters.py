@@ -84,7 +84,13 @@ class OscillatorParameters(_Table):
 
     def __post_init__(self):
         self._check(
-            ms=_POSITIVE, ks=_POSITIVE, cs=_NOT_NEGATIVE, m=_POSITIVE, c=_NOT_NEGATIVE, k1=_NOT_NEGATIVE, k3=_NOT_NEGATIVE
+            ms=_POSITIVE,
+            ks=_POSITIVE,
+            cs=_NOT_NEGATIVE,
+            m=_POSITIVE,
+            c=_NOT_NEGATIVE,
+            k1=_NOT_NEGATIVE,
+            k3=_NOT_NEGATIVE,
         )
 
     @property
@@ -177,9 +183,13 @@ class RigParameters(_Table):
             rocking_damping=_NOT_NEGATIVE,
         )
         if self.d0 > self.d:
-            raise ValueError(f"d0 = {self.d0:g} m is not allowed; expected at most the installed length d = {self.d:g} m")
+            raise ValueError(
+                f"d0 = {self.d0:g} m is not allowed; expected at most the installed length d = {self.d:g} m"
+            )
         if abs(self.LG) >= self.Lm / 2:
-            raise ValueError(f"LG = {self.LG:g} m is not allowed; P must lie on the cylinder, abs(LG) < Lm/2 = {self.Lm / 2:g} m")
+            raise ValueError(
+                f"LG = {self.LG:g} m is not allowed; P must lie on the cylinder, abs(LG) < Lm/2 = {self.Lm / 2:g} m"
+            )
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         set_field("wire_sets", checks.integer("wire_sets", self.wire_sets, low=1, high=2))
         set_field("tension_only", bool(checks.one_of("tension_only", self.tension_only, (False, True))))

@@ -1,0 +1,113 @@
+"""Time histories of the multi-body rig: under any sampled force, and in the paper's random test."""
+
+import math
+
+import numpy as np
+
+from .. import checks
+from ..campaign.progress import reporting
+from ..model.chipmunk import STARTS, RigSpace
+from ..model.excitation import HOLDS, HeldForce
+from .record import Record
+
+_BLOCK = 1000  # samples between two looks at the clock and the keyboard
+
+
+def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-5, *, seed=None, progress=False):
+    """Record of the multi-body rig under a sampled force on its frame.
+
+    Parameters
+    ----------
+    parameters : RigParameters
+    force : array_like, shape (n,)
+        Force on the frame (N), one value a sample.
+    sample_rate : float
+        Samples a second (Hz).
+    hold : {"zero", "linear"}
+        What the force does between samples: keeps its value, or runs straight to the next.
+    start : {"rest", "equilibrium"}
+        Everything zero with wires unsagged and gravity on from t = 0, or the static equilibrium.
+    step : float
+        Longest integration step (s); the one used is T/ceil(T/step) for the sample interval T.
+    seed : int, optional
+        Noted in the record, where the force came from one.
+    progress : bool or callable
+        True shows a bar; a callable is told (samples done, samples in all).
+
+    Returns
+    -------
+    Record
+        Displacements from the position of rest; sample k is taken before ``force[k]`` acts.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed, the step is unstable or the rig flies apart.
+    """
+    force = checks.array("force", force, "N", min_size=2)
+    sample_rate = checks.positive("sample_rate", sample_rate, "Hz")
+    checks.one_of("hold", hold, HOLDS)
+    checks.one_of("start", start, STARTS)
+    step = checks.positive("step", step, "s")
+    substeps = math.ceil(1 / (sample_rate * step) * (1 - 1e-12))
+    step = 1 / (sample_rate * substeps)
+    space = RigSpace([parameters], step, start)
+    kicks = HeldForce(force, substeps, hold)
+    shaker, mass, tilt = (np.empty(force.size) for _ in range(3))
+    with reporting(progress, force.size, "samples") as report:
+        for first in range(0, force.size, _BLOCK):
+            block = slice(first, min(first + _BLOCK, force.size))
+            steps = (block.stop - first) * substeps
+            motion = space.advance(kicks.kicks(first * substeps, steps), np.zeros((steps, 1)), substeps)
+            if not np.isnan(motion.parted[0]):
+                raise ValueError(f"force flings the rig apart at t = {motion.parted[0]:.4g} s; expected a weaker force")
+            shaker[block], mass[block], tilt[block] = motion.shaker[:, 0], motion.mass[:, 0], motion.tilt[:, 0]
+            report(block.stop)
+    return Record(
+        force, shaker, mass, sample_rate, hold, tilt=tilt, seed=seed, start=start, parameters=parameters, step=step
+    )
+
+
+def random_test(
+    parameters,
+    rms=1.115,
+    duration=100,
+    sample_rate=2000,
+    seed=2014,
+    hold="zero",
+    start="equilibrium",
+    step=5e-5,
+    *,
+    progress=False,
+):
+    """The paper's random test: Gaussian force, white from sample to sample, scaled to the exact rms.
+
+    Parameters
+    ----------
+    parameters : RigParameters
+    rms : float
+        Root mean square of the force (N).
+    duration : float
+        s.
+    sample_rate, hold, start, step, progress
+        See `simulate`.
+    seed : int
+        Of `numpy.random.default_rng`; the same seed gives the same record to the last bit.
+
+    Returns
+    -------
+    Record
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed; see `simulate`.
+    """
+    rms = checks.positive("rms", rms, "N")
+    sample_rate = checks.positive("sample_rate", sample_rate, "Hz")
+    samples = round(checks.positive("duration", duration, "s") * sample_rate)
+    samples = checks.integer("number of samples", samples, low=2)
+    seed = checks.integer("seed", seed, low=0)
+    force = np.random.default_rng(seed).standard_normal(samples)
+    force *= rms / np.sqrt(np.mean(force**2))
+    return simulate(parameters, force, sample_rate, hold, start, step, seed=seed, progress=progress)

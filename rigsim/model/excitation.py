@@ -1,0 +1,131 @@
+"""Forces on the rig, read at the steps of the leapfrog: held samples, a cosine, a tap.
+
+A kick at time t gives the velocity the impulse of half a step before and half a step after,
+so a force that jumps at t enters as the mean of its left and right values. The first kick, at t = 0,
+covers only the half step after.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import checks
+
+HOLDS = ("zero", "linear")
+
+
+@dataclass(frozen=True)
+class Tap:
+    """A light tap on the suspended mass: a half-sine force pulse along +x through its centre of mass.
+
+    The impulse is m ``velocity``: the pulse alone would set the free mass moving at that velocity.
+
+    Attributes
+    ----------
+    velocity : float
+        m/s; negative for a tap along -x.
+    duration : float
+        s.
+    time : float
+        Start of the pulse (s).
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite, the duration is not above zero or the time is negative.
+    """
+
+    velocity: float = 0.5
+    duration: float = 2e-3
+    time: float = 1.0
+
+    def __post_init__(self):
+        checks.real("tap velocity", self.velocity, "m/s")
+        checks.positive("tap duration", self.duration, "s")
+        checks.real("tap time", self.time, "s", low=0.0)
+
+    def force(self, mass, time):
+        """Force (N) on a mass of ``mass`` kg at ``time`` (s), with the shape of ``time``."""
+        phase = (time - self.time) / self.duration
+        peak = mass * self.velocity * np.pi / (2 * self.duration)
+        return np.where((phase > 0) & (phase < 1), peak * np.sin(np.pi * phase), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldForce:
+    """A sampled force on one frame, held between its samples.
+
+    Attributes
+    ----------
+    samples : ndarray, shape (n,)
+        N.
+    substeps : int
+        Steps of the leapfrog a sample interval.
+    hold : {"zero", "linear"}
+    """
+
+    samples: np.ndarray
+    substeps: int
+    hold: str
+
+    def kicks(self, first, count):
+        """Force (N) of the kicks ``first`` to ``first + count - 1``, shape (count, 1)."""
+        step = np.arange(first, first + count)
+        sample, part = np.divmod(step, self.substeps)
+        last = len(self.samples) - 1
+        right = self.samples[np.minimum(sample, last)]
+        if self.hold == "zero":
+            left = self.samples[np.maximum(sample - 1, 0)]
+            kick = np.where(part == 0, (left + right) / 2, right)
+        else:
+            kick = right + (self.samples[np.minimum(sample + 1, last)] - right) * (part / self.substeps)
+        return kick[:, None]
+
+
+@dataclass(frozen=True, eq=False)
+class CosineForce:
+    """F cos(2 pi f t) on each of n frames.
+
+    Attributes
+    ----------
+    amplitude, frequency : ndarray, shape (n,)
+        N, Hz.
+    step : float
+        Step of the leapfrog (s).
+    """
+
+    amplitude: np.ndarray
+    frequency: np.ndarray
+    step: float
+
+    def kicks(self, first, count):
+        """Force (N) of the kicks ``first`` to ``first + count - 1``, shape (count, n)."""
+        time = self.step * np.arange(first, first + count)
+        return self.amplitude * np.cos(2 * np.pi * self.frequency * time[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class TapForce:
+    """Taps on each of n masses.
+
+    Attributes
+    ----------
+    taps : sequence of Tap or None, length n
+    mass : ndarray, shape (n,)
+        kg.
+    step : float
+        Step of the leapfrog (s).
+    """
+
+    taps: tuple
+    mass: np.ndarray
+    step: float
+
+    def kicks(self, first, count):
+        """Force (N) of the kicks ``first`` to ``first + count - 1``, shape (count, n)."""
+        time = self.step * np.arange(first, first + count)
+        result = np.zeros((count, len(self.taps)))
+        for i, tap in enumerate(self.taps):
+            if tap is not None and tap.time <= time[-1] and tap.time + tap.duration >= time[0]:
+                result[:, i] = tap.force(self.mass[i], time)
+        return result

@@ -1,0 +1,277 @@
+"""The rig in its vertical plane: one compiled force law, and the statics and linear modes that follow from it.
+
+Coordinates q = (xs, X, Y, tilt): the frame along its guide, the cylinder's centre of mass,
+and its tilt (counter-clockwise). P, where the wires' lines meet, lies LG behind the centre of
+mass on the axis, so x = X - LG cos(tilt). Every wire is a spring from a frame pin to a pin on the
+cylinder with a length hidden behind the plane: zero for up and down wires, d for left and right
+ones, so that l = sqrt(r^2 + hidden^2) over the in-plane vector r between the pins, and the potential
+energy is the sum of k (l - d0)^2/2. All forces, tangents and dampers are gradients of these l.
+"""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from ..parameters import RigParameters
+from ..results import Result
+from .modes import modes_of
+
+RIG = np.dtype([(name, float) for name in (
+    "ms", "ks", "cs", "m", "inertia", "c", "LG", "d0", "gravity", "wire_damping", "rocking_damping", "slack",
+)], align=True)  # fmt: skip
+# along, across: pin on the cylinder from its centre of mass; anchor_x, anchor_y: pin on the frame from its origin.
+WIRE = np.dtype([(name, float) for name in ("along", "across", "anchor_x", "anchor_y", "hidden", "k")], align=True)
+
+COORDINATES = ("frame", "axial", "bounce", "rocking")
+
+
+def pack(parameters):
+    """Rigs as the arrays that compiled loops read.
+
+    Parameters
+    ----------
+    parameters : sequence of RigParameters
+
+    Returns
+    -------
+    rigs : structured ndarray, shape (n,)
+    wires : structured ndarray, shape (n, 8)
+        Rigs of one set have four wires of zero stiffness.
+
+    Raises
+    ------
+    ValueError
+        If an element is not a `RigParameters`.
+    """
+    rigs = np.zeros(len(parameters), dtype=RIG)
+    wires = np.zeros((len(parameters), 8), dtype=WIRE)
+    for i, p in enumerate(parameters):
+        if not isinstance(p, RigParameters):
+            raise ValueError(f"parameters = {p!r} is not allowed; the multi-body rig expects RigParameters")
+        rigs[i] = (p.ms, p.ks, p.cs, p.m, p.inertia, p.c, p.LG, p.d0, p.gravity, p.wire_damping, p.rocking_damping,
+                   p.tension_only)  # fmt: skip
+        wires["hidden"][i] = p.d  # also of the absent wires, whose length must not vanish
+        reach = p.Rm + p.d
+        for j, a in enumerate(p.set_positions):
+            for w, (across, anchor, hidden) in enumerate(
+                ((p.Rm, reach, 0), (-p.Rm, -reach, 0), (0, 0, p.d), (0, 0, p.d))
+            ):
+                wires[i, 4 * j + w] = (a - p.LG, across, a, anchor, hidden, p.wire_stiffness[4 * j + w])
+    return rigs, wires
+
+
+@numba.njit(cache=True, inline="always")
+def _wire(q, cos, sin, wire):
+    """In-plane vector from frame pin to mass pin, lever arm from the centre of mass, and length."""
+    arm_x = cos * wire.along - sin * wire.across
+    arm_y = sin * wire.along + cos * wire.across
+    r_x = q[1] + arm_x - q[0] - wire.anchor_x
+    r_y = q[2] + arm_y - wire.anchor_y
+    length = np.sqrt(r_x * r_x + r_y * r_y + wire.hidden * wire.hidden)
+    return r_x, r_y, arm_x, arm_y, length
+
+
+@numba.njit(cache=True)
+def conservative_forces(q, rig, wires, out):
+    """Generalised forces of springs, wires and gravity, -dV/dq, into ``out`` (4,); N and N m."""
+    cos, sin = np.cos(q[3]), np.sin(q[3])
+    out[0] = -rig.ks * q[0]
+    out[1] = 0.0
+    out[2] = -rig.m * rig.gravity
+    out[3] = 0.0
+    for wire in wires:
+        r_x, r_y, arm_x, arm_y, length = _wire(q, cos, sin, wire)
+        stretch = length - rig.d0
+        if rig.slack != 0.0 and stretch < 0.0:
+            continue
+        pull = -wire.k * stretch / length
+        f_x, f_y = pull * r_x, pull * r_y
+        out[0] -= f_x
+        out[1] += f_x
+        out[2] += f_y
+        out[3] += arm_x * f_y - arm_y * f_x
+
+
+@numba.njit(cache=True)
+def damping_matrix(q, rig, wires, out):
+    """Viscous damping matrix at q into ``out`` (4, 4): each damper c g g^T over the gradient g of its length."""
+    cos, sin = np.cos(q[3]), np.sin(q[3])
+    g = np.empty(4)
+    out[:] = 0.0
+    out[0, 0] = rig.cs
+    out[3, 3] = rig.rocking_damping
+    # The axial damper acts at P: z = xs - X + LG cos(tilt).
+    g[0], g[1], g[2], g[3] = 1.0, -1.0, 0.0, -rig.LG * sin
+    _add_damper(rig.c, g, out)
+    if rig.wire_damping != 0.0:
+        for wire in wires:
+            r_x, r_y, arm_x, arm_y, length = _wire(q, cos, sin, wire)
+            if wire.k == 0.0 or (rig.slack != 0.0 and length < rig.d0):
+                continue
+            g[0], g[1], g[2] = -r_x / length, r_x / length, r_y / length
+            g[3] = (arm_x * r_y - arm_y * r_x) / length
+            _add_damper(rig.wire_damping, g, out)
+
+
+@numba.njit(cache=True, inline="always")
+def _add_damper(c, g, out):
+    for i in range(4):
+        for j in range(4):
+            out[i, j] += c * g[i] * g[j]
+
+
+@numba.njit(cache=True)
+def tangent_stiffness(q, rig, wires, out):
+    """Second derivative of the potential energy at q into ``out`` (4, 4)."""
+    cos, sin = np.cos(q[3]), np.sin(q[3])
+    out[:] = 0.0
+    out[0, 0] = rig.ks
+    jacobian = np.zeros((2, 4))
+    for wire in wires:
+        r_x, r_y, arm_x, arm_y, length = _wire(q, cos, sin, wire)
+        if rig.slack != 0.0 and length < rig.d0:
+            continue
+        along = wire.k * rig.d0 / length**3
+        across = wire.k * (1.0 - rig.d0 / length)
+        jacobian[0] = np.array([-1.0, 1.0, 0.0, -arm_y])
+        jacobian[1] = np.array([0.0, 0.0, 1.0, arm_x])
+        stretching = r_x * jacobian[0] + r_y * jacobian[1]
+        for i in range(4):
+            for j in range(4):
+                out[i, j] += along * stretching[i] * stretching[j]
+                out[i, j] += across * (jacobian[0, i] * jacobian[0, j] + jacobian[1, i] * jacobian[1, j])
+        out[3, 3] -= across * (r_x * arm_x + r_y * arm_y)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StaticEquilibrium(Result):
+    """Where the suspended mass hangs under gravity.
+
+    Attributes
+    ----------
+    tilt : float
+        Counter-clockwise (rad).
+    sag : float
+        How far P has come down (m).
+    coordinates : ndarray, shape (4,)
+        xs, X, Y (m) and tilt (rad).
+    """
+
+    tilt: float
+    sag: float
+    coordinates: np.ndarray
+
+    def summary(self):
+        """One line with tilt and sag."""
+        return f"StaticEquilibrium: tilt {np.degrees(self.tilt):.4f} deg, P {1e6 * self.sag:.3f} um down"
+
+
+def static_equilibrium(parameters):
+    """Stable equilibrium under gravity, followed from the weightless rig as gravity is turned on.
+
+    Parameters
+    ----------
+    parameters : RigParameters
+
+    Returns
+    -------
+    StaticEquilibrium
+
+    Raises
+    ------
+    ValueError
+        If the mass tilts past its wires' reach: the followed equilibrium ends, or passes 90 degrees.
+    """
+    rigs, wires = pack([parameters])
+    q = rest_position(parameters)
+    load, increment = 0.0, 0.25
+    # Newton from the last equilibrium, with shorter load steps where one set's tilt hardens.
+    while load < 1.0:
+        trial = min(load + increment, 1.0)
+        found = _newton(q, rigs, wires, parameters.gravity * trial)
+        if found is not None and abs(found[3] - q[3]) < 0.5:
+            q, load, increment = found, trial, 2 * increment
+        else:
+            increment /= 2
+        if increment < 1e-6 or abs(q[3]) > np.pi / 2:
+            raise ValueError(
+                f"gravity = {parameters.gravity:g} m/s^2 with m = {parameters.m:g} kg and LG = {parameters.LG:g} m tilts the mass "
+                f"past its wires' reach at {load:.0%} of the load; expected a stable equilibrium below 90 degrees"
+            )
+    return StaticEquilibrium(float(q[3]), float(parameters.LG * np.sin(q[3]) - q[2]), q)
+
+
+def rest_position(parameters):
+    """Coordinates (4,) of the rig with its wires unsagged and P on the axis."""
+    return np.array([0.0, parameters.LG, 0.0, 0.0])
+
+
+def _newton(start, rigs, wires, gravity):
+    """Equilibrium near ``start``, or None where Newton's method ends elsewhere than in a minimum of energy."""
+    rig = rigs.copy()
+    rig["gravity"] = gravity
+    q, force, stiffness = start.copy(), np.empty(4), np.empty((4, 4))
+    # Metres and radians made comparable: the pins' reach turns tilt into displacement.
+    reach = np.sqrt(rig["inertia"][0] / rig["m"][0])
+    scale = np.array([1.0, 1.0, 1.0, 1 / reach])
+    for _ in range(60):
+        conservative_forces(q, rig[0], wires[0], force)
+        tangent_stiffness(q, rig[0], wires[0], stiffness)
+        values, vectors = np.linalg.eigh(stiffness * np.outer(scale, scale))
+        if values[0] <= 0 and np.abs(force * scale).max() < 1e-12 * rig["ks"][0] * reach:
+            return None
+        # Modified Newton: curvature by modulus, so that a step always goes downhill.
+        curvature = np.maximum(np.abs(values), 1e-9 * values[-1])
+        step = scale * (vectors @ ((vectors.T @ (force * scale)) / curvature))
+        step *= min(1.0, 0.2 / max(np.abs(step / scale).max() / reach, 1e-300))
+        q += step
+        if np.abs(step / scale).max() < 1e-15 * reach:
+            break
+    return q if values[0] > 0 and np.abs(step / scale).max() < 1e-9 * reach else None
+
+
+def mass_matrix(parameters):
+    """Diagonal mass matrix over (xs, X, Y, tilt), shape (4, 4)."""
+    return np.diag([parameters.ms, parameters.m, parameters.m, parameters.inertia])
+
+
+def linear_modes(parameters):
+    """Modes of the rig about its static equilibrium.
+
+    Parameters
+    ----------
+    parameters : RigParameters
+
+    Returns
+    -------
+    Modes
+        Named "frame", "axial", "bounce" and "rocking".
+
+    Raises
+    ------
+    ValueError
+        If there is no stable equilibrium, or a mode is overdamped.
+    """
+    rigs, wires = pack([parameters])
+    q = static_equilibrium(parameters).coordinates
+    stiffness, damping = np.empty((4, 4)), np.empty((4, 4))
+    tangent_stiffness(q, rigs[0], wires[0], stiffness)
+    damping_matrix(q, rigs[0], wires[0], damping)
+    return modes_of(mass_matrix(parameters), damping, stiffness, names=COORDINATES)
+
+
+def longest_step(parameters):
+    """Longest stable step 2/omega of the leapfrog (s), for any position of the wires.
+
+    A wire's in-plane tangent stiffness never exceeds k, so the largest eigenvalue of
+    M^-1 sum(k J^T J) bounds every natural frequency the rig can have near its axis.
+    """
+    rigs, wires = pack([parameters])
+    bound = np.diag([parameters.ks, 0.0, 0.0, 0.0])
+    for wire in wires[0]:
+        arm_x, arm_y = wire["along"], wire["across"]
+        jacobian = np.array([[-1.0, 1.0, 0.0, -arm_y], [0.0, 0.0, 1.0, arm_x]])
+        bound += wire["k"] * jacobian.T @ jacobian
+    half = np.sqrt(np.diag(mass_matrix(parameters)))
+    return 2 / np.sqrt(np.linalg.eigvalsh(bound / np.outer(half, half))[-1])
