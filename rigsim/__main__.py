@@ -1,0 +1,234 @@
+"""The four commands: ``python3 -m rigsim {report,test,lab,bench}``.
+
+Standard library only, since they start on a fresh clone before anything is installed; see `rigsim.environment`.
+"""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from . import environment
+
+ROOT = environment.ROOT
+NOTEBOOKS = ROOT / "notebooks"
+
+_EPILOG = f"""\
+On first use each command makes .venv beside this clone's environment.txt (a minute or two, about 1 GB) and runs
+there; it is made again when environment.txt, pyproject.toml or Python change. Delete .venv at any time.
+To use the Python environment you are in instead, with the packages of environment.txt installed by yourself, set
+{environment.VARIABLE}=current."""
+
+
+def main(argv=None):
+    """Run one command; return its exit status: 0, 1 if it failed, 2 if it could not start."""
+    parser = _parser()
+    args, rest = parser.parse_known_args(argv)
+    if args.command is None:
+        parser.print_help()
+        return 2
+    if rest and not args.passes_on:
+        parser.error(f"{args.command} does not know {' '.join(rest)}; see python3 -m rigsim {args.command} --help")
+    try:
+        environment.enter(args.extras)
+        return args.run(args, rest)
+    except environment.SetupError as error:
+        print(f"rigsim: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("\nrigsim: interrupted; give the same command again to start afresh", file=sys.stderr)
+        return 1
+
+
+def _parser():
+    layout = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(
+        prog="python3 -m rigsim",
+        formatter_class=layout,
+        description="A virtual experiment on a rig whose frequency response has detached resonance curves.",
+        epilog=_EPILOG,
+    )
+    commands = parser.add_subparsers(dest="command", metavar="{report,test,lab,bench}")
+
+    def add(name, run, summary, description, extras=(), passes_on=False):
+        command = commands.add_parser(
+            name, help=summary, description=description, epilog=_EPILOG, formatter_class=layout, allow_abbrev=False
+        )
+        command.set_defaults(run=run, extras=extras, passes_on=passes_on)
+        return command
+
+    report = add(
+        "report",
+        _report,
+        "run every notebook and write reports/*.html",
+        "Runs the notebooks and writes each as one offline HTML page, with an index: reports/index.html.",
+    )
+    report.add_argument(
+        "names", nargs="*", metavar="notebook", help="only these, by name or number: 03, 03_detached_curves"
+    )
+    report.add_argument("--output", type=Path, default=ROOT / "reports", help="folder to write to (default: reports/)")
+
+    test = add(
+        "test",
+        _test,
+        "run the unit tests, and the notebooks under nbval",
+        "Runs the unit tests and, beside them, every notebook under nbval. Any other argument goes to pytest\n"
+        "(-k NAME, -x, a file ...), and then only pytest runs, on what those arguments choose.",
+        extras=("test", "browser"),
+        passes_on=True,
+    )
+    test.add_argument("--full", action="store_true", help="add the long checks (under 40 minutes instead of under 10)")
+
+    lab = add(
+        "lab",
+        _lab,
+        "open the notebooks in JupyterLab",
+        "Starts JupyterLab in notebooks/. Any other argument goes to JupyterLab (--no-browser, --port=8899 ...).",
+        passes_on=True,
+    )
+    lab.add_argument("notebook", nargs="?", help="the notebook to open, by name or number: 03, 03_detached_curves")
+
+    bench = add(
+        "bench",
+        _bench,
+        "measure speed, as ratios to a unit measured in the same run",
+        "Runs tests/benchmarks and prints a table: what was measured, and its ratio to the unit of the same benchmark.",
+    )
+    bench.add_argument("names", nargs="*", metavar="benchmark", help="only these; all by default")
+    return parser
+
+
+def _report(args, rest):
+    try:
+        from .present.report import build_reports
+
+        build_reports(args.names, args.output, progress=True)
+    except ModuleNotFoundError as error:
+        raise environment.SetupError(_not_installed(error)) from None
+    return 0
+
+
+def _test(args, rest):
+    pytest = [sys.executable, "-m", "pytest", f"--color={'yes' if sys.stdout.isatty() else 'no'}"]
+    full = ["--full"] if args.full else []
+    nbval = ["--nbval-lax", "--nbval-current-env", "--nbval-cell-timeout=300", "-x"]
+    settings = _child_settings()
+    settings.setdefault("MPLBACKEND", "agg")
+    # Two jobs side by side on few cores: more threads inside each would only slow both down.
+    settings.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if rest:
+        return _follow({"tests": [*pytest, *full, *rest]}, settings)
+    jobs = {"unit tests": [*pytest, *full, "tests"]}
+    notebooks = sorted(str(path.relative_to(ROOT)) for path in NOTEBOOKS.glob("*.ipynb"))
+    if notebooks:
+        jobs["notebooks"] = [*pytest, *nbval, *notebooks]
+    return _follow(jobs, settings)
+
+
+def _follow(jobs, settings):
+    """Run pytest jobs side by side, show the output of one after the other, and close with all counts in one line."""
+    begun, running, ends = time.monotonic(), {}, {}
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            for number, (label, command) in enumerate(jobs.items()):
+                path = Path(folder) / f"{number}.txt"
+                with path.open("wb") as output:
+                    process = subprocess.Popen(command, cwd=ROOT, env=settings, stdout=output, stderr=subprocess.STDOUT)
+                running[label] = process, path
+            for label, (process, path) in running.items():
+                if len(jobs) > 1:
+                    print(f"\nrigsim: {label}", flush=True)
+                ends[label] = _stream(process, path)
+        finally:
+            for process, _ in running.values():
+                if process.poll() is None:
+                    process.terminate()
+                    process.wait()
+    failed = [label for label, (process, _) in running.items() if process.returncode]
+    if len(jobs) > 1:
+        print(_closing(ends, failed, time.monotonic() - begun))
+    return 1 if failed else 0
+
+
+def _stream(process, path):
+    """Copy a job's output to ours until it ends; return its last line without pytest's rules and colours."""
+    last = b""
+    with path.open("rb") as output:
+        while True:
+            ended = process.poll() is not None  # asked first, so that nothing written before the end is missed
+            text = output.read()
+            if text:
+                last = (last + text)[-2000:]
+                sys.stdout.buffer.write(text)
+                sys.stdout.buffer.flush()
+            elif ended:
+                break
+            else:
+                time.sleep(0.1)
+    lines = re.sub(r"\x1b\[[0-9;]*m", "", last.decode("utf-8", "replace")).strip().splitlines()
+    return lines[-1].strip("= ") if lines else "no output"
+
+
+def _closing(ends, failed, seconds):
+    """The last line of each job, and below them one line in pytest's manner that adds them up."""
+    totals = {}
+    for end in ends.values():
+        for count, kind in re.findall(r"(\d+) (failed|passed|skipped|deselected|xfailed|xpassed|error)", end):
+            totals[kind] = totals.get(kind, 0) + int(count)
+    counts = ", ".join(f"{count} {kind}" for kind, count in totals.items()) or "nothing ran"
+    verdict = f"{' and '.join(failed)} FAILED: " if failed else ""
+    lines = ["", *(f"{label}: {end}" for label, end in ends.items())]
+    return "\n".join([*lines, f" {verdict}{counts} in {seconds:.2f}s ".center(100, "=")])
+
+
+def _lab(args, rest):
+    command = [sys.executable, "-m", "jupyterlab", *rest]
+    if args.notebook:
+        command.append(_notebook(args.notebook))
+    return _call(command, NOTEBOOKS)
+
+
+def _notebook(name):
+    """File name of the notebook that a name or number means."""
+    known = sorted(path.name for path in NOTEBOOKS.glob("*.ipynb"))
+    stem = Path(name).name
+    found = [file for file in known if stem in (file, Path(file).stem, file[:2])]
+    if not found:
+        raise environment.SetupError(f"no notebook {name}; there are {', '.join(known) or 'none'}")
+    return found[0]
+
+
+def _bench(args, rest):
+    return _call([sys.executable, str(ROOT / "tests" / "benchmarks" / "run.py"), *args.names], ROOT)
+
+
+def _call(command, folder):
+    """Run a command to its end and return its exit status; Ctrl-C is the command's own affair."""
+    process = subprocess.Popen(command, cwd=folder, env=_child_settings())
+    while True:
+        try:
+            return process.wait()
+        except KeyboardInterrupt:
+            continue
+
+
+def _child_settings():
+    """Environment variables of child processes: rigsim can be imported from every folder."""
+    settings = dict(os.environ)
+    settings["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), settings.get("PYTHONPATH")]))
+    return settings
+
+
+def _not_installed(error):
+    return (
+        f"this environment has no {error.name}: install what environment.txt lists, "
+        f"or leave {environment.VARIABLE} unset to have .venv made"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
