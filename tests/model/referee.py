@@ -10,6 +10,7 @@ State: xs, X, Y (centre of mass), tilt (counter-clockwise), then their rates. P 
 of mass along the axis; at rest P is at the origin.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -95,24 +96,24 @@ def energy(rig, q):
 
 
 @njit(cache=True)
-def wrench(rig, state):
-    """Resultant of the wires on the cylinder: force (3) and moment about the centre of mass (3), in space."""
+def _wrench(rig, state):
+    frame_pins, mass_pins, stiffness, d0, _, _, _, _, _, _, _, _, wire_damping, _, tension_only = rig
     xs, X, Y, tilt, vs, vX, vY, spin = state
     cos, sin = np.cos(tilt), np.sin(tilt)
     fx = fy = fz = mx = my = mz = 0.0
-    for i in range(rig.stiffness.size):
-        rx = cos * rig.mass_pins[i, 0] - sin * rig.mass_pins[i, 1]
-        ry = sin * rig.mass_pins[i, 0] + cos * rig.mass_pins[i, 1]
-        rz = rig.mass_pins[i, 2]
-        lx = X + rx - rig.frame_pins[i, 0] - xs
-        ly = Y + ry - rig.frame_pins[i, 1]
-        lz = rz - rig.frame_pins[i, 2]
+    for i in range(stiffness.size):
+        rx = cos * mass_pins[i, 0] - sin * mass_pins[i, 1]
+        ry = sin * mass_pins[i, 0] + cos * mass_pins[i, 1]
+        rz = mass_pins[i, 2]
+        lx = X + rx - frame_pins[i, 0] - xs
+        ly = Y + ry - frame_pins[i, 1]
+        lz = rz - frame_pins[i, 2]
         length = np.sqrt(lx * lx + ly * ly + lz * lz)
-        if rig.tension_only and length < rig.d0:
+        if tension_only and length < d0:
             continue
         # velocity of the pin is v + spin e_z x r
         rate = (lx * (vX - spin * ry - vs) + ly * (vY + spin * rx)) / length
-        pull = -(rig.stiffness[i] * (length - rig.d0) + rig.wire_damping * rate) / length
+        pull = -(stiffness[i] * (length - d0) + wire_damping * rate) / length
         gx, gy, gz = pull * lx, pull * ly, pull * lz
         fx += gx
         fy += gy
@@ -124,26 +125,27 @@ def wrench(rig, state):
 
 
 @njit(cache=True)
-def rates(t, state, rig, drive, out):
-    """Time derivative of the state, written into ``out`` (8)."""
+def _rates(t, state, rig, drive, out):
+    _, _, _, _, LG, ms, ks, cs, m, inertia, c, gravity, _, rocking_damping, _ = rig
+    amplitude, omega, level, slope, since, peak, pulse_start, pulse_duration = drive
     xs, X, Y, tilt, vs, vX, vY, spin = state
-    fx, fy, _, _, _, mz = wrench(rig, state)
+    fx, fy, _, _, _, mz = _wrench(rig, state)
     # height of P from the centre of mass
-    py = -rig.LG * np.sin(tilt)
-    damper = rig.c * (vs - (vX - spin * py))
-    push = drive.amplitude * np.cos(drive.omega * t) + drive.level + drive.slope * (t - drive.since)
+    py = -LG * np.sin(tilt)
+    damper = c * (vs - (vX - spin * py))
+    push = amplitude * np.cos(omega * t) + level + slope * (t - since)
     pulse = 0.0
-    if drive.peak != 0.0:
-        pulse = drive.peak * np.sin(np.pi * (t - drive.pulse_start) / drive.pulse_duration)
+    if peak != 0.0:
+        pulse = peak * np.sin(np.pi * (t - pulse_start) / pulse_duration)
     out[0], out[1], out[2], out[3] = vs, vX, vY, spin
-    out[4] = (push - rig.ks * xs - rig.cs * vs - fx - damper) / rig.ms
-    out[5] = (fx + damper + pulse) / rig.m
-    out[6] = fy / rig.m - rig.gravity
-    out[7] = (mz - py * damper - rig.rocking_damping * spin) / rig.inertia
+    out[4] = (push - ks * xs - cs * vs - fx - damper) / ms
+    out[5] = (fx + damper + pulse) / m
+    out[6] = fy / m - gravity
+    out[7] = (mz - py * damper - rocking_damping * spin) / inertia
 
 
 @njit(cache=True)
-def march(state, start, step, steps, rig, drive, trace):
+def _march(state, start, step, steps, rig, drive, trace):
     """DOP853's eighth-order formula with a fixed step; ``trace`` (steps, 8) takes every state, or is empty."""
     stages = np.empty((STAGES, 8))
     inner = np.empty(8)
@@ -155,7 +157,7 @@ def march(state, start, step, steps, rig, drive, trace):
                 for r in range(s):
                     increment += A[s, r] * stages[r, j]
                 inner[j] = state[j] + step * increment
-            rates(t + C[s] * step, inner, rig, drive, stages[s])
+            _rates(t + C[s] * step, inner, rig, drive, stages[s])
         for j in range(8):
             increment = 0.0
             for s in range(STAGES):
@@ -166,14 +168,26 @@ def march(state, start, step, steps, rig, drive, trace):
 
 
 @njit(cache=True)
-def march_held(state, interval, substeps, levels, slopes, rig, trace):
+def _march_held(state, interval, substeps, levels, slopes, rig, trace):
     """One interval a sample, the force constant or linear in it; ``trace`` (samples, 8), each before its force acts."""
     nothing = np.empty((0, 8))
     for k in range(levels.size):
         trace[k] = state
         since = k * interval
-        drive = Drive(0.0, 0.0, levels[k], slopes[k], since, 0.0, 0.0, 1.0)
-        march(state, since, interval / substeps, substeps, rig, drive, nothing)
+        drive = (0.0, 0.0, levels[k], slopes[k], since, 0.0, 0.0, 1.0)
+        _march(state, since, interval / substeps, substeps, rig, drive, nothing)
+
+
+def wrench(rig, state):
+    """Resultant of the wires on the cylinder (6): force, then moment about the centre of mass, in space."""
+    return _wrench(tuple(rig), state)
+
+
+def rates(rig, drive, t, state):
+    """Time derivative of the state (8)."""
+    out = np.empty(8)
+    _rates(t, state, tuple(rig), tuple(drive), out)
+    return out
 
 
 def static_equilibrium(parameters):
@@ -190,17 +204,20 @@ def static_equilibrium(parameters):
 
 def residual(rig, q):
     """Generalised static forces (4): minus the gradient of `energy`, by forces and moments."""
-    out = np.empty(8)
-    rates(0.0, np.concatenate([q, np.zeros(4)]), rig, Drive(), out)
-    return out[4:] * [rig.ms, rig.m, rig.m, rig.inertia]
+    accelerations = rates(rig, Drive(), 0.0, np.concatenate([q, np.zeros(4)]))[4:]
+    return accelerations * [rig.ms, rig.m, rig.m, rig.inertia]
 
 
 def linear_modes(parameters, q=None):
-    """Natural frequencies (Hz, ascending) and shapes (4, 4; columns) about ``q``, by default the static equilibrium."""
+    """Undamped natural frequencies (Hz) and shapes (4, 4; columns) about ``q``, or the static equilibrium."""
     rig = spatial(parameters)
     q = static_equilibrium(parameters) if q is None else np.asarray(q, dtype=float)
-    nudge = np.array([1e-7, 1e-7, 1e-7, 1e-5])
-    columns = [-(residual(rig, q + e) - residual(rig, q - e)) / (2 * e.max()) for e in np.diag(nudge)]
+    columns = []
+    for nudge in np.diag([1e-6, 1e-6, 1e-6, 1e-5]):
+        # fourth-order central difference
+        near = residual(rig, q + nudge) - residual(rig, q - nudge)
+        far = residual(rig, q + 2 * nudge) - residual(rig, q - 2 * nudge)
+        columns.append((far - 8 * near) / (12 * nudge.max()))
     hessian = np.column_stack(columns)
     squared, shapes = eigh((hessian + hessian.T) / 2, np.diag([rig.ms, rig.m, rig.m, rig.inertia]))
     return np.sign(squared) * np.sqrt(np.abs(squared)) / (2 * np.pi), shapes
@@ -209,7 +226,7 @@ def linear_modes(parameters, q=None):
 def simulate_sine(parameters, force, frequency, duration=3.0, tap=None, start="rest", step=5e-5, method="compiled"):
     """Drive the frame with F cos(omega t) and return t, xs, x, z, tilt of the last second, a sample every ``step``.
 
-    ``method`` "compiled" is `march`; "scipy" is `scipy.integrate.solve_ivp` with DOP853.
+    ``method`` "compiled" is DOP853's formula with a fixed step; "scipy" is `scipy.integrate.solve_ivp` with DOP853.
     """
     rig, state = spatial(parameters), starting_state(parameters, start)
     sine = Drive(float(force), 2 * np.pi * frequency)
@@ -227,7 +244,7 @@ def simulate_sine(parameters, force, frequency, duration=3.0, tap=None, start="r
         t = low + (high - low) / steps * np.arange(1, steps + 1)
         if method == "compiled":
             trace = np.empty((steps, 8))
-            march(state, low, (high - low) / steps, steps, rig, drive, trace)
+            _march(state, low, (high - low) / steps, steps, tuple(rig), tuple(drive), trace)
         else:
             trace = scipy_march(state, low, t, rig, drive)
             state = trace[-1].copy()
@@ -246,7 +263,8 @@ def simulate_held(parameters, force, sample_rate, hold="zero", start="equilibriu
     if hold == "linear":
         slopes[:-1] = np.diff(force) * sample_rate
     trace = np.empty((force.size, 8))
-    march_held(state, 1 / sample_rate, int(np.ceil(1 / sample_rate / step - 1e-9)), force, slopes, rig, trace)
+    substeps = int(np.ceil(1 / sample_rate / step - 1e-9))
+    _march_held(state, 1 / sample_rate, substeps, force, slopes, tuple(rig), trace)
     return _outputs(rig, trace)
 
 
@@ -272,16 +290,16 @@ def starting_state(parameters, start):
 
 def scipy_march(state, low, times, rig, drive):
     """States (n, 8) at ``times`` by SciPy's DOP853, which chooses its own steps."""
-    out = np.empty(8)
-
-    def derivative(t, y):
-        rates(t, y, rig, drive, out)
-        return out.copy()
-
     # absolute tolerances far below the micrometres, milliradians and their rates that matter
     scale = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4, 1e-4, 1e-2])
     solution = solve_ivp(
-        derivative, (low, times[-1]), state, method="DOP853", t_eval=times, rtol=1e-10, atol=1e-7 * scale
+        partial(rates, rig, drive),
+        (low, times[-1]),
+        state,
+        method="DOP853",
+        t_eval=times,
+        rtol=1e-10,
+        atol=1e-7 * scale,
     )
     if not solution.success:
         raise RuntimeError(solution.message)

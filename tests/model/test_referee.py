@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-import referee
 from scipy.optimize import brentq
 
 from rigsim.parameters import RigParameters
+from tests.model import referee
 
 TWO_SETS = RigParameters()
 ONE_SET = TWO_SETS.single_set()
@@ -63,10 +63,8 @@ def test_damping_takes_the_power_that_the_energy_loses():
     free, lossy = referee.spatial(ONE_SET.replace(c=0, cs=0)), referee.spatial(damped)
     masses = np.array([free.ms, free.m, free.m, free.inertia])
     for state in some_states(5):
-        conservative, real = np.empty(8), np.empty(8)
-        referee.rates(0.0, state, free, referee.Drive(), conservative)
-        referee.rates(0.0, state, lossy, referee.Drive(), real)
-        power = np.sum(masses * (real - conservative)[4:] * state[4:])
+        conservative, real = (referee.rates(rig, referee.Drive(), 0.0, state)[4:] for rig in (free, lossy))
+        power = np.sum(masses * (real - conservative) * state[4:])
         # rates of lengths by a small step of time along the velocity
         ahead, behind = (_lengths(lossy, state[:4] + h * state[4:]) for h in (1e-7, -1e-7))
         stretch_rate = (ahead[0] - behind[0]) / 2e-7
