@@ -1,0 +1,215 @@
+"""The same chunks give the same bits, whoever runs them, interrupted or not."""
+
+import io
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rigsim import OscillatorParameters, RigParameters
+from rigsim.campaign.checkpoint import fingerprint
+from rigsim.campaign.progress import reporting
+from rigsim.campaign.run import join, run_chunks, split
+
+POINTS = np.linspace(0.1, 3.0, 37)
+CHUNKS = [POINTS[part] for part in split(POINTS.size, 5)]
+
+
+def work(points):
+    """Something whose last bits depend on how points are grouped."""
+    return {
+        "sum": np.full(points.size, np.sin(points).sum()),
+        "phase": np.exp(1j * points),
+        "few": points.size * [True],
+    }
+
+
+def same_bits(first, second):
+    return first.keys() == second.keys() and all(
+        first[name].tobytes() == second[name].tobytes() and first[name].dtype == second[name].dtype for name in first
+    )
+
+
+class Interrupted:
+    """Work that fails, as Ctrl-C would, after some chunks."""
+
+    def __init__(self, chunks):
+        self.left = chunks
+        self.__module__, self.__qualname__ = work.__module__, work.__qualname__
+
+    def __call__(self, points):
+        if self.left == 0:
+            raise KeyboardInterrupt
+        self.left -= 1
+        return work(points)
+
+
+@pytest.mark.parametrize(("count", "size"), [(1, 5), (5, 5), (6, 5), (37, 5), (142, 71), (7, 1)])
+def test_split_covers_every_point_once(count, size):
+    parts = split(count, size)
+    assert [index for part in parts for index in range(count)[part]] == list(range(count))
+    lengths = [part.stop - part.start for part in parts]
+    assert max(lengths) <= size and max(lengths) - min(lengths) <= 1
+
+
+def test_split_refuses_empty_chunks():
+    with pytest.raises(ValueError, match="size = 0"):
+        split(3, 0)
+
+
+@pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_same_bits_with_any_executor(pool):
+    here = join(run_chunks(work, CHUNKS))
+    with pool(2) as executor:
+        assert same_bits(here, join(run_chunks(work, CHUNKS, executor=executor)))
+    np.testing.assert_array_equal(here["phase"], np.exp(1j * POINTS))
+
+
+def test_resumes_where_it_stopped(tmp_path):
+    file = tmp_path / "campaign.sqlite"
+    with pytest.raises(KeyboardInterrupt):
+        run_chunks(Interrupted(3), CHUNKS, checkpoint=file)
+    seen = []
+    rest = run_chunks(work, CHUNKS, checkpoint=file, progress=lambda done, total: seen.append((done, total)))
+    assert seen == [(done, len(CHUNKS)) for done in range(3, len(CHUNKS) + 1)]
+    assert same_bits(join(rest), join(run_chunks(work, CHUNKS)))
+    # A finished campaign is read back without any work.
+    assert same_bits(join(run_chunks(Interrupted(0), CHUNKS, checkpoint=file)), join(rest))
+
+
+def test_error_in_a_pool_is_raised_and_finished_chunks_stay(tmp_path):
+    file = tmp_path / "campaign.sqlite"
+    with ThreadPoolExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
+        run_chunks(Interrupted(2), CHUNKS, checkpoint=file, executor=executor)
+    with sqlite3.connect(file) as database:
+        assert database.execute("SELECT count(*) FROM chunk").fetchone() == (2,)
+    database.close()
+
+
+@pytest.mark.parametrize("change", ["chunks", "description", "work"])
+def test_refuses_the_checkpoint_of_another_problem(tmp_path, change):
+    file = tmp_path / "campaign.sqlite"
+    run_chunks(work, CHUNKS, description={"force": 3.18}, checkpoint=file)
+    other = {"work": work, "chunks": CHUNKS, "description": {"force": 3.18}}
+    other |= {
+        "chunks": {"chunks": [*CHUNKS[:-1], CHUNKS[-1] + 1e-15]},
+        "description": {"description": {"force": 3.19}},
+    }.get(change, {"work": same_bits})
+    with pytest.raises(ValueError, match="belongs to another problem"):
+        run_chunks(other["work"], other["chunks"], description=other["description"], checkpoint=file)
+
+
+def test_refuses_other_files_and_leaves_them_alone(tmp_path):
+    text = tmp_path / "notes.txt"
+    text.write_text("not a database " * 100)
+    with pytest.raises(ValueError, match="cannot be used as a checkpoint"):
+        run_chunks(work, CHUNKS, checkpoint=text)
+    assert text.read_text() == "not a database " * 100
+
+    foreign = tmp_path / "foreign.sqlite"
+    with sqlite3.connect(foreign) as database:
+        database.execute("CREATE TABLE chunk (a)")
+    database.close()
+    before = foreign.read_bytes()
+    with pytest.raises(ValueError, match="another program"):
+        run_chunks(work, CHUNKS, checkpoint=foreign)
+    assert foreign.read_bytes() == before
+
+    with pytest.raises(ValueError, match="cannot be used as a checkpoint"):
+        run_chunks(work, CHUNKS, checkpoint=tmp_path / "no such folder" / "file")
+
+
+def test_checkpoint_holds_no_pickles(tmp_path):
+    file = tmp_path / "campaign.sqlite"
+    with pytest.raises(ValueError, match="[Oo]bject"):
+        run_chunks(lambda chunk: {"x": np.array([{}])}, [0], checkpoint=file)
+    with pytest.raises(TypeError, match="no content that could be compared"):
+        run_chunks(work, [object()], checkpoint=file)
+
+
+def test_fingerprint_tells_contents_apart():
+    rig = RigParameters()
+    values = [
+        None, True, 1, 1.0, "1", [1], [[1]], [], "", {"a": 1}, ["a", 1], slice(1), range(1),
+        np.ones(2), np.ones((2, 1)), np.ones(2, dtype=np.float32), ["ab", "c"], ["a", "bc"], rig, rig.replace(c=0.027), rig.oscillator,
+        OscillatorParameters(1, 1, 0, 1, 0, 0, 0),
+    ]  # fmt: skip
+    assert len({fingerprint(value) for value in values}) == len(values)
+    assert fingerprint(rig, np.float64(0.5)) == fingerprint(RigParameters(), 0.5)
+    assert fingerprint({"a": 1, "b": 2}) == fingerprint({"b": 2, "a": 1})
+
+
+def test_progress_forms(capsys):
+    with reporting(True, 3, "points") as report:
+        report(1)
+        report(3)
+    assert "points" in capsys.readouterr().err
+    with reporting(False, 3) as report:
+        report(3)
+    assert capsys.readouterr() == ("", "")
+    with pytest.raises(ValueError, match="progress = 'yes'"), reporting("yes", 3):
+        pass
+
+
+_CAMPAIGN = """
+import sys, time
+import numpy as np
+from rigsim.campaign.run import run_chunks
+
+def slow(chunk):
+    time.sleep(0.02)
+    return {"value": np.random.default_rng(chunk).normal(size=1000)}
+
+def run(file):
+    return run_chunks(slow, range(100), checkpoint=file)
+
+if __name__ == "__main__":
+    run(sys.argv[1])
+"""
+
+
+@pytest.mark.full
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+def test_survives_being_killed_at_any_time(tmp_path):
+    """Killed five times at odd moments, a campaign still ends with the bits of one that was left alone."""
+    script, file = tmp_path / "killed_campaign.py", tmp_path / "campaign.sqlite"
+    script.write_text(_CAMPAIGN)
+    settings = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    finished = 0
+    for pause in (0.05, 0.13, 0.31, 0.07, 0.2):
+        process = subprocess.Popen([sys.executable, script, file], env=settings)
+        deadline = time.monotonic() + 60
+        while _count(file) <= finished and time.monotonic() < deadline:
+            time.sleep(0.01)
+        time.sleep(pause)
+        process.send_signal(signal.SIGKILL)
+        assert process.wait() == -signal.SIGKILL, "it ended before it could be killed"
+        assert _count(file) > finished
+        finished = _count(file)
+    subprocess.run([sys.executable, script, file], env=settings, check=True)
+    with sqlite3.connect(file) as database:
+        assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        blobs = dict(database.execute("SELECT number, arrays FROM chunk"))
+    database.close()
+    for number in range(100):
+        value = np.load(io.BytesIO(blobs[number]), allow_pickle=False)["value"]
+        assert value.tobytes() == np.random.default_rng(number).normal(size=1000).tobytes()
+
+
+def _count(file):
+    """Chunks in the file as another process sees it; 0 before it is one."""
+    try:
+        database = sqlite3.connect(f"file:{file}?mode=ro", uri=True)
+        try:
+            return database.execute("SELECT count(*) FROM chunk").fetchone()[0]
+        finally:
+            database.close()
+    except sqlite3.OperationalError:
+        return 0
