@@ -1,0 +1,94 @@
+"""Floquet multipliers about the single-term orbit (Eqs. (4a, b) linearised, as in the paper's Fig. 6).
+
+About z = W cos(theta), theta = Omega tau, the cubic's slope 3 gamma z^2 is 2 U (1 + cos 2 theta) with
+U = (3/4) gamma W^2. So the variational equation, with ' = d/d theta,
+
+    y'' = -(2 zeta_s/Omega) y' - y/Omega^2 - mu G,      w'' = -(2 zeta_s/Omega) y' - y/Omega^2 - (1 + mu) G,
+    G = (2 zeta/Omega) w' + (Omega0^2 + 2 U + 2 U cos 2 theta) w/Omega^2,
+
+repeats after half a forcing period, and the phase of the orbit does not matter. The multipliers over a whole
+period are the squares of the eigenvalues of the half-period map.
+
+The orbit is the single-term approximation, not a solution: where its multipliers pass through the unit circle is
+an approximation too, and a fold of Eq. (5a) is only near the place where one of them passes +1.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+_ORDER = 22
+_STEP = 2.5  # of the Taylor series, in units of the fastest rate: (2.5)^23/23! = 5e-14
+
+
+@njit(cache=True)
+def _half_period_maps(mu, zeta_s, zeta, Omega0, Omega, U):
+    """Maps of (y, w, y', w') over theta from 0 to pi, (n, 4, 4), by Taylor series.
+
+    Everything is linear and the coefficients are entire, so a series of fixed order converges at any step; the
+    step is kept well inside what the fastest rate of the equations asks for.
+    """
+    maps = np.empty((Omega.size, 4, 4))
+    y = np.zeros((_ORDER + 1, 4))
+    w = np.zeros((_ORDER + 1, 4))
+    cosine = np.zeros(_ORDER + 1)
+    for i in range(Omega.size):
+        inverse = 1.0 / Omega[i]
+        rate = math.sqrt(1.0 + (1.0 + mu) * (Omega0 * Omega0 + 4.0 * U[i])) + 2.0 * zeta_s + 2.0 * (1.0 + mu) * zeta
+        steps = int(math.ceil(math.pi * (rate * inverse + 2.0) / _STEP))
+        h = math.pi / steps
+        shaker_damping, damping = 2.0 * zeta_s * inverse * h, 2.0 * zeta * inverse * h
+        square = (h * inverse) ** 2
+        mean, swing = square * (Omega0 * Omega0 + 2.0 * U[i]), square * 2.0 * U[i]
+        state = np.eye(4)
+        for step in range(steps):
+            cosine[0], cosine[1] = math.cos(2.0 * step * h), -2.0 * h * math.sin(2.0 * step * h)
+            for k in range(2, _ORDER + 1):
+                cosine[k] = -4.0 * h * h * cosine[k - 2] / (k * (k - 1))
+            for j in range(4):
+                y[0, j], w[0, j] = state[0, j], state[1, j]
+                y[1, j], w[1, j] = h * state[2, j], h * state[3, j]
+            for k in range(_ORDER - 1):
+                for j in range(4):
+                    product = 0.0
+                    for order in range(k + 1):
+                        product += cosine[order] * w[k - order, j]
+                    G = damping * (k + 1) * w[k + 1, j] + mean * w[k, j] + swing * product
+                    common = shaker_damping * (k + 1) * y[k + 1, j] + square * y[k, j]
+                    y[k + 2, j] = -(common + mu * G) / ((k + 1) * (k + 2))
+                    w[k + 2, j] = -(common + (1.0 + mu) * G) / ((k + 1) * (k + 2))
+            for j in range(4):
+                position, relative, speed, rate_of_change = 0.0, 0.0, 0.0, 0.0
+                for k in range(_ORDER, -1, -1):
+                    position += y[k, j]
+                    relative += w[k, j]
+                    speed += k * y[k, j]
+                    rate_of_change += k * w[k, j]
+                state[0, j], state[1, j] = position, relative
+                state[2, j], state[3, j] = speed / h, rate_of_change / h
+        maps[i] = state
+    return maps
+
+
+def multipliers(group, Omega, U):
+    """Floquet multipliers about the single-term orbits at Omega and U of one shape; NaN where U is.
+
+    Returns
+    -------
+    numpy.ndarray
+        Complex, of the shape of ``U`` with an axis of 4 added, descending in modulus, over one forcing period.
+    """
+    Omega, U = np.broadcast_arrays(np.asarray(Omega, dtype=float), U)
+    result = np.full((*U.shape, 4), np.nan + 0j)
+    known = np.isfinite(U)
+    maps = _half_period_maps(group.mu, group.zeta_s, group.zeta, group.Omega0, Omega[known], U[known])
+    values = np.linalg.eigvals(maps).astype(complex) ** 2
+    order = np.argsort(-abs(values), axis=-1, kind="stable")
+    result[known] = np.take_along_axis(values, order, axis=-1)
+    return result
+
+
+def is_stable(multipliers):
+    """Whether every multiplier lies inside the unit circle; False where they are NaN."""
+    return (abs(multipliers) < 1).all(axis=-1)
