@@ -138,7 +138,8 @@ def test_fingerprint_tells_contents_apart():
     rig = RigParameters()
     values = [
         None, True, 1, 1.0, "1", [1], [[1]], [], "", {"a": 1}, ["a", 1], slice(1), range(1),
-        np.ones(2), np.ones((2, 1)), np.ones(2, dtype=np.float32), ["ab", "c"], ["a", "bc"], rig, rig.replace(c=0.027), rig.oscillator,
+        np.ones(2), np.ones((2, 1)), np.ones(2, dtype=np.float32),
+        ["ab", "c"], ["a", "bc"], rig, rig.replace(c=0.027), rig.oscillator,
         OscillatorParameters(1, 1, 0, 1, 0, 0, 0),
     ]  # fmt: skip
     assert len({fingerprint(value) for value in values}) == len(values)
@@ -206,7 +207,7 @@ def test_survives_being_killed_at_any_time(tmp_path):
 def _count(file):
     """Chunks in the file as another process sees it; 0 before it is one."""
     try:
-        database = sqlite3.connect(f"file:{file}?mode=ro", uri=True)
+        database = sqlite3.connect(f"file:{file}?mode=rw", uri=True)
         try:
             return database.execute("SELECT count(*) FROM chunk").fetchone()[0]
         finally:
