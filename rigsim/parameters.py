@@ -117,7 +117,7 @@ class OscillatorParameters(_Table):
 
     @classmethod
     def from_nondimensional(cls, mu, zeta_s, zeta, Omega0, gamma, *, ms=1.0, ks=1.0, force=1.0):
-        """Parameters whose `nondimensional` at ``force`` (N) is the given set, for a shaker of ``ms`` kg, ``ks`` N/m."""
+        """Parameters whose `nondimensional` at ``force`` (N) is the given set; ``ms`` in kg, ``ks`` in N/m."""
         group = Nondimensional(mu, zeta_s, zeta, Omega0, gamma)
         ms, ks = checks.positive("ms", ms, "kg"), checks.positive("ks", ks, "N/m")
         force = checks.positive("force", force, "N")
@@ -210,7 +210,8 @@ class RigParameters(_Table):
     def _checked_half_spacing(self):
         if self.wire_sets == 1:
             raise ValueError(
-                f"set_half_spacing = {self.set_half_spacing} m is not allowed with wire_sets = 1; expected None, the set is at P"
+                f"set_half_spacing = {self.set_half_spacing} m is not allowed with wire_sets = 1; "
+                "expected None, the set is at P"
             )
         return checks.real("set_half_spacing", self.set_half_spacing, "m", low=0.0, high=self.Lm / 2 - abs(self.LG))
 

@@ -196,8 +196,8 @@ def static_equilibrium(parameters):
             increment /= 2
         if increment < 1e-6 or abs(q[3]) > np.pi / 2:
             raise ValueError(
-                f"gravity = {parameters.gravity:g} m/s^2 with m = {parameters.m:g} kg and LG = {parameters.LG:g} m tilts the mass "
-                f"past its wires' reach at {load:.0%} of the load; expected a stable equilibrium below 90 degrees"
+                f"gravity = {parameters.gravity:g} m/s^2 with m = {parameters.m:g} kg and LG = {parameters.LG:g} m "
+                f"tilts the mass past its wires' reach at {load:.0%} of the load; expected one below 90 degrees"
             )
     return StaticEquilibrium(float(q[3]), float(parameters.LG * np.sin(q[3]) - q[2]), q)
 

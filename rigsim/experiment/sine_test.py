@@ -1,0 +1,246 @@
+"""Stepped-sine tests of the multi-body rig, each from the same start, with or without a tap on the mass."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import checks
+from ..campaign.run import join, run_chunks, split
+from ..model.chipmunk import STARTS, RigSpace
+from ..model.excitation import CosineForce, Tap, TapForce
+from ..parameters import RigParameters
+from ..results import Result
+from .record import Record
+from .steady import HARMONICS, Status, read_window
+
+_WINDOW = 1.0  # s
+_CHUNK = 256  # rigs a Space: the problem's own grain, so that results do not depend on the executor
+_BLOCK = 500  # samples between two looks at the keyboard
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SineTest(Result):
+    """Responses of n rigs to a cosine force; every complex amplitude is zero to peak, phase against the force.
+
+    Attributes
+    ----------
+    parameters : tuple of RigParameters, length n
+    force, frequency : ndarray, shape (n,)
+        N, Hz.
+    tap : tuple of Tap or None, length n
+    shaker, mass, relative : ndarray, complex, shape (n,)
+        Lines of xs, x and z at the force's frequency (m), by least squares over the whole periods in the last second.
+    tilt : ndarray, shape (n,)
+        Largest abs(tilt) in the window (rad).
+    distortion : ndarray, shape (n, 3)
+        Largest harmonic 2-10 over the fundamental, of xs, x and z.
+    subharmonic : ndarray, shape (n, 2)
+        Strongest line of z below the force's frequency over the fundamental, and its order f/f_line.
+    drift : ndarray, shape (n,)
+        Change of z's line from the window's first half to its second, over the whole.
+    status : ndarray of str, shape (n,)
+        A `Status` each: settled means that z drifts by less than 1e-3 and has no line off the harmonics above 2 %.
+    message : tuple of str, length n
+        The status in words and figures.
+    time : ndarray, shape (samples,)
+        The window (s from the start).
+    traces : ndarray, shape (n, 3, samples)
+        xs, x (m) and tilt (rad) over the window.
+    start : str
+    step : float
+        s.
+    """
+
+    parameters: tuple
+    force: np.ndarray
+    frequency: np.ndarray
+    tap: tuple
+    shaker: np.ndarray
+    mass: np.ndarray
+    relative: np.ndarray
+    tilt: np.ndarray
+    distortion: np.ndarray
+    subharmonic: np.ndarray
+    drift: np.ndarray
+    status: np.ndarray
+    message: tuple
+    time: np.ndarray
+    traces: np.ndarray
+    start: str
+    step: float
+
+    plot_name = "sine_test_figure"
+
+    def record(self, i):
+        """The window of test ``i`` as a `Record`; its time counts from ``time[0]``.
+
+        Raises
+        ------
+        ValueError
+            If there is no test ``i``.
+        """
+        i = checks.integer("i", i, low=0, high=len(self.frequency) - 1)
+        force = self.force[i] * np.cos(2 * np.pi * self.frequency[i] * self.time)
+        shaker, mass, tilt = self.traces[i]
+        rate = (len(self.time) - 1) / (self.time[-1] - self.time[0])
+        return Record(
+            force, shaker, mass, rate, "band-limited", tilt=tilt, parameters=self.parameters[i], step=self.step
+        )
+
+    def summary(self):
+        """One line: how many tests, how many of each status."""
+        counts = {s: int((self.status == s).sum()) for s in Status}
+        told = ", ".join(f"{count} {s}" for s, count in counts.items() if count)
+        return f"SineTest of {len(self.frequency)} rigs, {_range(self.frequency)} Hz, {_range(self.force)} N: {told}"
+
+    def table(self):
+        """`pandas.DataFrame` with a row per test."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            {
+                "frequency [Hz]": self.frequency,
+                "force [N]": self.force,
+                "tap [m/s]": [np.nan if tap is None else tap.velocity for tap in self.tap],
+                "|xs| [mm]": 1e3 * abs(self.shaker),
+                "|x| [mm]": 1e3 * abs(self.mass),
+                "|z| [mm]": 1e3 * abs(self.relative),
+                "tilt [deg]": np.degrees(self.tilt),
+                "z harmonics [%]": 100 * self.distortion[:, 2],
+                "z below f [%]": 100 * self.subharmonic[:, 0],
+                "order": self.subharmonic[:, 1],
+                "status": self.status,
+            }
+        )
+
+
+def _range(values):
+    low, high = values.min(), values.max()
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
+def sine_test(
+    parameters,
+    force,
+    frequency,
+    tap=None,
+    duration=3,
+    start="rest",
+    step=5e-5,
+    *,
+    progress=False,
+    executor=None,
+    checkpoint=None,
+):
+    """Shake rigs by F cos(2 pi f t), each from its own start, and read the lines of their last second.
+
+    Parameters
+    ----------
+    parameters : RigParameters or sequence of them
+        This, ``force``, ``frequency`` and ``tap`` broadcast against each other: one rig each.
+    force : float or array_like, shape (n,)
+        Amplitude (N).
+    frequency : float or array_like, shape (n,)
+        Hz; at least one whole period in the last second, and ten harmonics below half the sampling of the steps.
+    tap : Tap, None, or sequence of them
+        A pulse on the suspended mass.
+    duration : float
+        s, at least 1.
+    start : {"rest", "equilibrium"}
+        Everything zero with wires unsagged and gravity on from t = 0, or the static equilibrium.
+    step : float
+        Integration step (s).
+    progress : bool or callable
+        True shows a bar; a callable is told (chunks done, chunks in all).
+    executor : concurrent.futures.Executor, optional
+        Where chunks of rigs run; results do not depend on it.
+    checkpoint : path, optional
+        File that keeps finished chunks, so that an interrupted campaign goes on where it stopped.
+
+    Returns
+    -------
+    SineTest
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed, lengths do not broadcast, or the step is unstable.
+    """
+    duration = checks.real("duration", duration, "s", low=_WINDOW)
+    step = checks.positive("step", step, "s")
+    checks.one_of("start", start, STARTS)
+    rigs, force, frequency, taps = _broadcast(parameters, force, frequency, tap, step)
+    every = max(1, int(min(1 / 4000, 1 / (2.5 * HARMONICS * frequency.max())) / step))
+    run = {"every": every, "steps": round(duration / step), "start": start, "step": step}
+    chunks = [
+        {"rigs": rigs[part], "force": force[part], "frequency": frequency[part], "taps": taps[part], **run}
+        for part in split(len(rigs), _CHUNK)
+    ]
+    done = run_chunks(
+        _run_chunk, chunks, progress=progress, executor=executor, checkpoint=checkpoint, label="spaces of rigs"
+    )
+    time = step * every * _window(run["steps"], every, step)
+    return _read(rigs, force, frequency, taps, time, start, step, **join(done))
+
+
+def _broadcast(parameters, force, frequency, tap, step):
+    rigs = [parameters] if isinstance(parameters, RigParameters) else list(parameters)
+    taps = [tap] if tap is None or isinstance(tap, Tap) else list(tap)
+    for one in taps:
+        if one is not None and not isinstance(one, Tap):
+            raise ValueError(f"tap = {one!r} is not allowed; expected a Tap or None")
+    force = checks.array("force", force, "N", low=0.0, low_open=True)
+    highest = 1 / (4 * HARMONICS * step)
+    frequency = checks.array("frequency", frequency, "Hz", low=1 / _WINDOW, high=highest)
+    lengths = {"parameters": len(rigs), "force": force.size, "frequency": frequency.size, "tap": len(taps)}
+    n = max(lengths.values())
+    for name, length in lengths.items():
+        if length not in (1, n):
+            raise ValueError(f"{name} has {length} elements; expected 1 or {n}, the longest of the arguments")
+    return (
+        tuple(rigs * (n // len(rigs))),
+        np.broadcast_to(force, n).copy(),
+        np.broadcast_to(frequency, n).copy(),
+        tuple(taps * (n // len(taps))),
+    )
+
+
+def _window(steps, every, step):
+    """Numbers of the samples in the last second."""
+    return np.arange(-(-(steps - round(_WINDOW / step)) // every), steps // every + 1)
+
+
+def _run_chunk(chunk):
+    """Step one Space of rigs to the end; keep the window's traces, shape (rigs, 3, samples), and when one parted."""
+    step, steps, every = chunk["step"], chunk["steps"], chunk["every"]
+    space = RigSpace(chunk["rigs"], step, chunk["start"])
+    shake = CosineForce(chunk["force"], chunk["frequency"], step)
+    tap = TapForce(chunk["taps"], np.array([p.m for p in chunk["rigs"]]), step)
+    window = _window(steps, every, step)
+    kept = []
+    for first in range(0, window[-1] + 1, _BLOCK):
+        samples = np.arange(first, min(first + _BLOCK, window[-1] + 1))
+        kicks = first * every, len(samples) * every
+        motion = space.advance(shake.kicks(*kicks), tap.kicks(*kicks), every)
+        kept.append(np.stack([motion.shaker, motion.mass, motion.tilt])[:, samples >= window[0]])
+    return {"traces": np.moveaxis(np.concatenate(kept, axis=1), 2, 0), "parted": motion.parted}
+
+
+def _read(rigs, force, frequency, taps, time, start, step, traces, parted):
+    """Read every rig's lines off its window."""
+    n = len(rigs)
+    amplitude = np.full((3, n), np.nan + 0j)
+    distortion, subharmonic, drift = np.full((n, 3), np.nan), np.full((n, 2), np.nan), np.full(n, np.nan)
+    verdicts = []
+    for i, f in enumerate(frequency):
+        if np.isnan(parted[i]):
+            amplitude[:, i], distortion[i], subharmonic[i], drift[i], verdict = read_window(time, traces[i, :2].T, f)
+        else:
+            verdict = Status.PARTED, f"the rig flew apart at t = {parted[i]:.4g} s"
+        verdicts.append(verdict)
+    status, message = zip(*verdicts, strict=True)
+    tilt = np.abs(traces[:, 2]).max(axis=1)
+    return SineTest(
+        rigs, force, frequency, taps, *amplitude, tilt, distortion, subharmonic, drift,
+        np.array(status), message, time, traces, start, step,
+    )  # fmt: skip
