@@ -40,7 +40,8 @@ def main(argv=None):
         print(f"rigsim: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("\nrigsim: interrupted; give the same command again to start afresh", file=sys.stderr)
+        newline = "\n" if sys.stderr.isatty() else ""  # after the terminal's ^C
+        print(f"{newline}rigsim: interrupted; give the same command again to start afresh", file=sys.stderr)
         return 1
 
 
@@ -104,11 +105,19 @@ def _parser():
 
 def _report(args, rest):
     try:
-        from .present.report import build_reports
-
-        build_reports(args.names, args.output, progress=True)
+        from .present.report import ReportError, build_reports
     except ModuleNotFoundError as error:
-        raise environment.SetupError(_not_installed(error)) from None
+        raise environment.SetupError(
+            f"this environment has no {error.name}: install what environment.txt lists, "
+            f"or leave {environment.VARIABLE} unset to have .venv made"
+        ) from None
+    begun = time.monotonic()
+    try:
+        *_, index = build_reports(args.names, NOTEBOOKS, args.output, progress=True)
+    except (ReportError, ValueError) as error:
+        print(f"rigsim: {error}", file=sys.stderr)
+        return 1
+    print(f"rigsim: the reports are ready ({time.monotonic() - begun:.0f} s): open {index}")
     return 0
 
 
@@ -221,13 +230,6 @@ def _child_settings():
     settings = dict(os.environ)
     settings["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), settings.get("PYTHONPATH")]))
     return settings
-
-
-def _not_installed(error):
-    return (
-        f"this environment has no {error.name}: install what environment.txt lists, "
-        f"or leave {environment.VARIABLE} unset to have .venv made"
-    )
 
 
 if __name__ == "__main__":

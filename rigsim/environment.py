@@ -17,15 +17,8 @@ OLDEST = (3, 11)
 ROOT = Path(__file__).resolve().parent.parent
 VARIABLE = "RIGSIM_ENVIRONMENT"
 
-# What pip's log says when the package index cannot be reached.
-_NO_NETWORK = (
-    "NewConnectionError",
-    "ConnectTimeout",
-    "Max retries exceeded",
-    "Connection refused",
-    "ProxyError",
-    "NameResolution",
-)
+# What pip's log says when the package index cannot be reached; an index that is there lists versions.
+_NO_NETWORK = ("NewConnectionError", "ConnectTimeout", "Connection refused", "ProxyError", "(from versions: none)")
 _HEARTBEAT = 10.0  # seconds between signs of life
 
 
@@ -70,30 +63,32 @@ def prepare(root, extras=()):
     """
     venv = root / ".venv"
     python = str(venv / ("Scripts/python.exe" if os.name == "nt" else "bin/python"))
-    if set(extras) <= _installed(root, python):
+    wanted = {"base", *extras}
+    if wanted <= _installed(root, python):
         return python
     with _lock(root):
         installed = _installed(root, python)  # perhaps made by another process while this one waited
-        if not set(extras) <= installed:
-            _make(root, python, installed, extras)
+        if not wanted <= installed:
+            _make(root, python, installed, wanted)
     return python
 
 
-def _make(root, python, installed, extras):
+def _make(root, python, installed, wanted):
     venv, begun = root / ".venv", time.monotonic()
 
     def say(text):
         print(f"rigsim: {text} ({time.monotonic() - begun:.0f} s)", file=sys.stderr, flush=True)
 
-    requirements = _requirements(root, extras)
+    missing = sorted(wanted - installed)
+    requirements = _requirements(root, missing)
     if installed:  # only extras are missing
         (venv / "rigsim-stamp.json").unlink()
-        say(f"adding {', '.join(sorted(set(extras) - installed))} to .venv")
+        say(f"adding what {' and '.join(missing)} needs to .venv")
     else:
-        missing = [name for name in ("ensurepip", "venv") if importlib.util.find_spec(name) is None]
-        if missing:
+        lacking = [name for name in ("ensurepip", "venv") if importlib.util.find_spec(name) is None]
+        if lacking:
             raise SetupError(
-                f"this Python has no {missing[0]}, which is needed to make .venv; on Debian or Ubuntu run "
+                f"this Python has no {lacking[0]}, which is needed to make .venv; on Debian or Ubuntu run "
                 "'sudo apt install python3-venv', elsewhere use a complete Python, then give the same command again"
             )
         say("making .venv, which takes a minute or two the first time")
@@ -109,7 +104,7 @@ def _make(root, python, installed, extras):
     _run([*command, *requirements], root, venv / "setup.log", say)
     stamp = {
         "key": _key(root),
-        "extras": sorted({*extras, *installed, "base"}),
+        "parts": sorted(wanted | installed),
         "files": sorted(_site_packages(python)),
     }
     (venv / "rigsim-stamp.new").write_text(json.dumps(stamp), encoding="utf-8")
@@ -118,11 +113,11 @@ def _make(root, python, installed, extras):
 
 
 def _installed(root, python):
-    """Extras in a complete and current ``.venv``, with "base" among them; empty if it must be made."""
+    """Parts of a complete and current ``.venv``: "base" and extras; empty if it must be made."""
     try:
         stamp = json.loads((root / ".venv" / "rigsim-stamp.json").read_text(encoding="utf-8"))
         whole = stamp["key"] == _key(root) and set(stamp["files"]) <= _site_packages(python)
-        return set(stamp["extras"]) if whole and os.path.exists(python) else set()
+        return set(stamp["parts"]) if whole and os.path.exists(python) else set()
     except (OSError, ValueError, KeyError, TypeError):
         return set()
 
@@ -183,12 +178,12 @@ def _last_line(log):
 def _why(text, log):
     if any(sign in text for sign in _NO_NETWORK):
         return (
-            "the packages could not be fetched: no connection to the package index; check the network (or proxy), "
-            f"then give the same command again (pip's log: {log})"
+            "the packages could not be fetched, no connection to the package index; check the network, the proxy and "
+            f"pip's settings, then give the same command again (pip's log: {log})"
         )
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    errors = [line for line in lines if line.startswith("ERROR:") or "Error" in line] or lines or ["no output"]
-    return f"setting up .venv failed: {errors[-1][:200]} (log: {log}); then give the same command again"
+    errors = [line for line in lines if "Error" in line or line.startswith("ERROR:")] or lines or ["no output"]
+    return f"setting up .venv failed, {errors[-1][:200]}; mend that, then give the same command again (log: {log})"
 
 
 def _remove(venv):

@@ -1,0 +1,286 @@
+"""The four commands before, while and after they make their environment; each failure is one clear line."""
+
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rigsim import __main__ as commands
+from rigsim import environment
+
+ROOT = Path(__file__).parents[1]
+COMMANDS = ("report", "test", "lab", "bench")
+
+
+def run(folder, *arguments, begin="", **settings):
+    """`python3 -m rigsim` in a folder, on this Python without its packages, after the code ``begin``."""
+    code = f"import sys, runpy\nsys.argv = {['rigsim', *arguments]!r}\n{begin}\n"
+    code += "runpy.run_module('rigsim', run_name='__main__')"
+    variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", environment.VARIABLE)}
+    base = getattr(sys, "_base_executable", sys.executable)
+    return subprocess.run(
+        [base, "-c", code], cwd=folder, env={**variables, **settings}, capture_output=True, text=True, timeout=300
+    )
+
+
+def one_line(done, *words):
+    """The error is one line of text with these words, and no traceback."""
+    assert done.returncode in (1, 2)
+    errors = [line for line in done.stderr.splitlines() if not line.rstrip().endswith("s)")]  # without "... (3 s)"
+    assert len(errors) == 1 and errors[0].startswith("rigsim: "), done.stderr
+    for word in words:
+        assert word in errors[0]
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """A source tree whose environment needs nothing but pip."""
+    root = tmp_path / "tree"
+    (root / "rigsim").mkdir(parents=True)
+    for name in ("__init__.py", "__main__.py", "environment.py"):
+        shutil.copy(ROOT / "rigsim" / name, root / "rigsim")
+    (root / "environment.txt").write_text("# nothing\n")
+    (root / "pyproject.toml").write_text(
+        '[project]\nname = "rigsim"\noptional-dependencies = {test = [], browser = []}\n'
+    )
+    (root / "tests" / "benchmarks").mkdir(parents=True)
+    (root / "tests" / "benchmarks" / "run.py").write_text("import sys\nprint('ran with', sys.prefix, *sys.argv[1:])\n")
+    return root
+
+
+@pytest.mark.parametrize("arguments", [(), *((name,) for name in COMMANDS)])
+def test_help_helps_and_needs_nothing(tree, arguments):
+    done = run(tree, *arguments, "--help")
+    assert done.returncode == 0 and not done.stderr
+    assert environment.VARIABLE in done.stdout and ".venv" in done.stdout
+    assert all(name in done.stdout for name in arguments or COMMANDS)
+    assert not (tree / ".venv").exists()
+
+
+def test_no_command_shows_the_help(tree):
+    done = run(tree)
+    assert done.returncode == 2 and "usage" in done.stdout
+
+
+def test_unknown_argument_is_refused_before_anything_is_made(tree):
+    done = run(tree, "bench", "--fast")
+    assert done.returncode == 2 and "--fast" in done.stderr
+    assert not (tree / ".venv").exists()
+
+
+def test_too_old_a_python(tree):
+    one_line(run(tree, "test", begin="sys.version_info = (3, 10, 4, 'final', 0)"), "Python 3.11 or newer", "3.10.4")
+
+
+def test_front_door_can_be_read_by_an_old_python():
+    import ast
+
+    for name in ("__init__.py", "__main__.py", "environment.py"):
+        ast.parse((ROOT / "rigsim" / name).read_text(encoding="utf-8"), feature_version=(3, 6))
+
+
+def test_no_ensurepip(tree):
+    block = "import importlib.util as u; find = u.find_spec\n"
+    block += "u.find_spec = lambda name, *more: None if name == 'ensurepip' else find(name, *more)"
+    one_line(run(tree, "report", begin=block), "no ensurepip", "python3-venv")
+    assert not (tree / ".venv").exists()
+
+
+def closed_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def test_no_network(tree):
+    (tree / "environment.txt").write_text("rigsim-no-such-package==1.0\n")
+    nowhere = f"http://127.0.0.1:{closed_port()}/simple"
+    settings = {"PIP_CONFIG_FILE": os.devnull, "PIP_INDEX_URL": nowhere, "PIP_RETRIES": "0", "PIP_FIND_LINKS": ""}
+    done = run(tree, "report", **settings)
+    one_line(done, "no connection", "check the network", "setup.log")
+    assert "rigsim-no-such-package" in (tree / ".venv" / "setup.log").read_text()
+
+
+def test_other_failures_show_the_decisive_line(tmp_path):
+    log = tmp_path / "setup.log"
+    text = "numba (from versions: 0.1, 0.2)\nERROR: No matching distribution found for numba==0.68.1\n\n[notice] new\n"
+    message = environment._why(text, log)
+    assert "No matching distribution found for numba==0.68.1" in message and str(log) in message and "\n" not in message
+    assert "no connection" not in message
+    assert "No space left" in environment._why("ERROR: Could not install: [Errno 28] No space left on device\n", log)
+
+
+def test_environment_is_made_once_and_again_when_half_made(tree):
+    first = run(tree, "bench", "a", "b")
+    assert first.returncode == 0, first.stderr
+    assert first.stdout.split() == ["ran", "with", str(tree / ".venv"), "a", "b"]
+    assert "making .venv" in first.stderr
+    again = run(tree, "bench")
+    assert again.returncode == 0 and not again.stderr
+
+    python = str(tree / ".venv" / "bin" / "python")
+    assert environment._installed(tree, python) == {"base"}
+    shutil.rmtree(next((tree / ".venv").glob("lib/python*/site-packages/pip")))
+    assert not environment._installed(tree, python)
+    rebuilt = run(tree, "bench")
+    assert rebuilt.returncode == 0 and "making .venv" in rebuilt.stderr
+    assert environment._installed(tree, python) == {"base"}
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Setups of no duration: the commands that would have run."""
+    calls = []
+
+    def pretend(command, root, log, say):
+        calls.append(command)
+        python = root / ".venv" / "bin" / "python"
+        python.parent.mkdir(exist_ok=True)
+        python.touch()
+
+    monkeypatch.setattr(environment, "_run", pretend)
+    return calls
+
+
+@pytest.mark.parametrize(
+    "damage", ["no stamp", "no python", "torn stamp", "only a folder", "a file", "pins", "project", "moved"]
+)
+def test_stale_environment_is_made_again(tree, quick, damage):
+    environment.prepare(tree)
+    assert len(quick) == 2
+    environment.prepare(tree)
+    assert len(quick) == 2, "a finished one is left alone"
+    venv, stamp = tree / ".venv", tree / ".venv" / "rigsim-stamp.json"
+    if damage == "no stamp":
+        stamp.unlink()
+    elif damage == "no python":
+        (venv / "bin" / "python").unlink()
+    elif damage == "torn stamp":
+        stamp.write_text(stamp.read_text()[:20])
+    elif damage in ("only a folder", "a file"):
+        shutil.rmtree(venv)
+        venv.mkdir() if damage == "only a folder" else venv.touch()
+    elif damage == "moved":
+        tree = tree.rename(tree.with_name("elsewhere"))
+    else:
+        (tree / {"pins": "environment.txt", "project": "pyproject.toml"}[damage]).open("a").write("# changed\n")
+    environment.prepare(tree)
+    assert len(quick) == 4
+    environment.prepare(tree)
+    assert len(quick) == 4
+
+
+def test_interrupted_setup_says_so_and_is_repeated(tree, quick):
+    stop = "import rigsim.environment as e\ndef stop(*_): raise KeyboardInterrupt\ne._run = stop"
+    one_line(run(tree, "bench", begin=stop), "interrupted", "again")
+    assert (tree / ".venv").exists()
+    environment.prepare(tree)
+    assert len(quick) == 2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+def test_second_setup_waits_for_the_first(tree):
+    """Two commands at once make one environment; a killed one does not block the other."""
+    hold = "import sys, time\nfrom pathlib import Path\nfrom rigsim.environment import _lock\n"
+    hold += "with _lock(Path('.').resolve()):\n    print('held', flush=True)\n    time.sleep(%d)\n"
+    first = subprocess.Popen([sys.executable, "-c", hold % 100], cwd=tree, stdout=subprocess.PIPE)
+    assert first.stdout.readline() == b"held\n"
+    second = subprocess.Popen(
+        [sys.executable, "-c", hold % 0], cwd=tree, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert "waiting" in second.stderr.readline()
+    assert second.poll() is None
+    first.send_signal(signal.SIGKILL)
+    first.communicate()
+    output, _ = second.communicate(timeout=60)
+    assert second.returncode == 0 and output == "held\n"
+
+
+def test_extras_are_added_to_a_finished_environment(tree, quick):
+    (tree / "pyproject.toml").write_text('[project]\noptional-dependencies = {test = ["pytest==1"], browser = []}\n')
+    environment.prepare(tree)
+    environment.prepare(tree, ["test"])
+    environment.prepare(tree, ["test"])
+    environment.prepare(tree)
+    venv, base, extra = quick
+    assert venv[1:3] == ["-m", "venv"] and base[-2:] == ["-r", "environment.txt"] and extra[-1] == "pytest==1"
+    assert "-r" not in extra
+    assert json.loads((tree / ".venv" / "rigsim-stamp.json").read_text())["parts"] == ["base", "test"]
+
+
+def test_own_environment(tree):
+    done = run(tree, "bench", "x", **{environment.VARIABLE: "current"})
+    assert done.returncode == 0 and "x" in done.stdout and not (tree / ".venv").exists()
+    one_line(run(tree, "bench", **{environment.VARIABLE: "conda"}), environment.VARIABLE, "conda", "current")
+    (tree / "rigsim" / "present").mkdir()
+    (tree / "rigsim" / "present" / "report.py").write_text("import no_such_package\n")
+    one_line(run(tree, "report", **{environment.VARIABLE: "current"}), "no_such_package", "environment.txt")
+
+
+def test_installed_copy_says_that_it_needs_the_tree(tree):
+    (tree / "environment.txt").unlink()
+    one_line(run(tree, "report"), "no environment.txt", "clone")
+
+
+def test_notebooks_go_by_name_or_number(tmp_path, monkeypatch):
+    (tmp_path / "03_detached_curves.ipynb").touch()
+    monkeypatch.setattr(commands, "NOTEBOOKS", tmp_path)
+    for name in ("03", "03_detached_curves", "03_detached_curves.ipynb", "notebooks/03_detached_curves.ipynb"):
+        assert commands._notebook(name) == "03_detached_curves.ipynb"
+    with pytest.raises(environment.SetupError, match="no notebook 07"):
+        commands._notebook("07")
+
+
+@pytest.mark.parametrize(("codes", "status"), [((0, 0), 0), ((1, 0), 1), ((0, 1), 1)])
+def test_jobs_side_by_side_are_shown_in_turn_and_added_up(capfdbinary, codes, status):
+    def job(number, code):
+        end = f"== {number} passed, 1 skipped in 0.1s =="
+        return [sys.executable, "-c", f"print('job {number}'); print('{end}'); raise SystemExit({code})"]
+
+    done = commands._follow({"unit tests": job(4, codes[0]), "notebooks": job(7, codes[1])}, dict(os.environ))
+    text = capfdbinary.readouterr().out.decode()
+    assert done == status
+    assert (
+        text.index("job 4")
+        < text.index("job 7")
+        < text.index("unit tests: 4 passed")
+        < text.index("notebooks: 7 passed")
+    )
+    closing = text.strip().splitlines()[-1]
+    assert "11 passed, 2 skipped" in closing and ("FAILED" in closing) == bool(status)
+
+
+def test_no_output_is_lost_and_interrupts_stop_the_jobs(monkeypatch):
+    started = []
+    real = subprocess.Popen
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda *args, **options: started.append(real(*args, **options)) or started[-1]
+    )
+    monkeypatch.setattr(commands, "_stream", lambda process, path: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        commands._follow({"a": [sys.executable, "-c", "import time; time.sleep(100)"]}, dict(os.environ))
+    assert started[0].returncode is not None
+
+
+def test_test_command_passes_arguments_to_pytest(monkeypatch):
+    seen = {}
+    monkeypatch.setattr(commands, "_follow", lambda jobs, settings: seen.update(jobs) or 0)
+    monkeypatch.setattr(environment, "enter", lambda extras: seen.update(extras=extras))
+    assert commands.main(["test", "--full", "-k", "checks", "-x"]) == 0
+    assert seen["extras"] == ("test", "browser")
+    assert seen["tests"][-4:] == ["--full", "-k", "checks", "-x"]
+    seen.clear()
+    assert commands.main(["test"]) == 0
+    assert seen["unit tests"][-1] == "tests" and "--full" not in seen["unit tests"]
+
+
+def test_report_errors_are_lines(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(environment, "enter", lambda extras: None)
+    assert commands.main(["report", "99", "--output", str(tmp_path)]) == 1
+    assert capsys.readouterr().err.startswith("rigsim: n")
