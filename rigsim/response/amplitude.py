@@ -9,7 +9,8 @@ from .. import checks
 from ..parameters import OscillatorParameters, oscillator_of
 from ..results import Result
 from .cubic import complex_amplitudes, solve
-from .floquet import is_stable, multipliers
+from .floquet import is_stable, orbit_multipliers
+from .pieces import connected_pieces
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,6 +57,17 @@ class FrequencyResponse(Result):
         """(n, 3) bool: whether all `multipliers` lie inside the unit circle; False where there is no solution."""
         return is_stable(self.multipliers)
 
+    @cached_property
+    def pieces(self):
+        """Tuple of `Piece`: the connected curves over the band of ``frequency``, through their folds.
+
+        Raises
+        ------
+        ValueError
+            If the shaker is undamped.
+        """
+        return connected_pieces(self.parameters, self.force, self.frequency)
+
     def summary(self):
         low, high = self.frequency.min(), self.frequency.max()
         several = int((self.count > 1).sum())
@@ -93,7 +105,8 @@ def frequency_response(parameters, force, frequency):
     group = oscillator.nondimensional(force)
     Omega = 2 * np.pi * frequency / oscillator.omega_s
     U, count = solve(group.mu, group.zeta_s, group.zeta, group.Omega0, group.gamma, Omega)
-    shaker, mass, relative = amplitudes(oscillator, force, Omega[:, None], U)
+    unit = force / oscillator.ks
+    shaker, mass, relative = (unit * values for values in complex_amplitudes(group, Omega[:, None], U))
     lost = ~(np.isfinite(relative[:, 0]) & np.isfinite(shaker[:, 0]))
     if lost.any():
         raise ValueError(
@@ -101,16 +114,3 @@ def frequency_response(parameters, force, frequency):
             "expected none at which the undamped linear system resonates"
         )
     return FrequencyResponse(oscillator, float(force), frequency, shaker, mass, relative, count)
-
-
-def amplitudes(oscillator, force, Omega, U):
-    """Complex shaker, mass and relative displacement (m) of solutions U at Omega (arrays of one shape)."""
-    unit = force / oscillator.ks
-    return tuple(unit * value for value in complex_amplitudes(oscillator.nondimensional(force), Omega, U))
-
-
-def orbit_multipliers(oscillator, force, frequency, relative):
-    """Floquet multipliers about single-term orbits of amplitude ``relative`` (m) at ``frequency`` (Hz), (..., 4)."""
-    group = oscillator.nondimensional(force)
-    U = 0.75 * group.gamma * abs(relative * (oscillator.ks / force)) ** 2
-    return multipliers(group, 2 * np.pi * frequency / oscillator.omega_s, U)

@@ -89,6 +89,13 @@ def multipliers(group, Omega, U):
     return result
 
 
+def orbit_multipliers(oscillator, force, frequency, relative):
+    """`multipliers` about single-term orbits of amplitude ``relative`` (m) at ``frequency`` (Hz), one shape."""
+    group = oscillator.nondimensional(force)
+    U = 0.75 * group.gamma * abs(relative * (oscillator.ks / force)) ** 2
+    return multipliers(group, 2 * np.pi * frequency / oscillator.omega_s, U)
+
+
 def is_stable(multipliers):
     """Whether every multiplier lies inside the unit circle; False where they are NaN."""
     return (abs(multipliers) < 1).all(axis=-1)

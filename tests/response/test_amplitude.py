@@ -74,7 +74,7 @@ def test_phases_and_amplitudes_satisfy_the_harmonic_balance_of_equations_3():
     np.testing.assert_allclose((-(w**2) * rig.m * x)[here], spring[here], rtol=1e-11)
 
 
-def _steady_motion(rig, frequency, xs, x, periods=300):
+def _steady_motion(rig, frequency, xs, x, periods=200):
     """First-harmonic amplitudes of Eqs. (3a, b) integrated from a state of the orbit (xs, x complex)."""
     w = 2 * np.pi * frequency
 
@@ -91,14 +91,14 @@ def _steady_motion(rig, frequency, xs, x, periods=300):
     return 2 * (run.y[:2] * np.exp(-1j * w * time)).mean(axis=1)
 
 
-@pytest.mark.parametrize(("frequency", "which"), [(30.0, 0), (45.0, 2), (70.0, 0)])
-def test_single_term_theory_is_near_the_motion_in_time(frequency, which):
+@pytest.mark.parametrize(("frequency", "which", "error"), [(30.0, 0, 0.005), (45.0, 2, 0.03), (70.0, 0, 0.005)])
+def test_single_term_theory_is_near_the_motion_in_time(frequency, which, error):
     rig = RigParameters()
     response = frequency_response(rig, FORCE, [frequency])
     assert response.stable[0, which]
     predicted = response.shaker[0, which], response.mass[0, which]
     found = _steady_motion(rig, frequency, *predicted)
-    np.testing.assert_allclose(abs(found), np.abs(predicted), rtol=0.02)
+    np.testing.assert_allclose(abs(found), np.abs(predicted), rtol=error)
 
 
 def test_without_nonlinearity_it_is_the_receptance():
