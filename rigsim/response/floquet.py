@@ -33,6 +33,7 @@ def _half_period_maps(mu, zeta_s, zeta, Omega0, Omega, U):
     y = np.zeros((_ORDER + 1, 4))
     w = np.zeros((_ORDER + 1, 4))
     cosine = np.zeros(_ORDER + 1)
+    product = np.zeros(4)
     for i in range(Omega.size):
         inverse = 1.0 / Omega[i]
         rate = math.sqrt(1.0 + (1.0 + mu) * (Omega0 * Omega0 + 4.0 * U[i])) + 2.0 * zeta_s + 2.0 * (1.0 + mu) * zeta
@@ -50,11 +51,12 @@ def _half_period_maps(mu, zeta_s, zeta, Omega0, Omega, U):
                 y[0, j], w[0, j] = state[0, j], state[1, j]
                 y[1, j], w[1, j] = h * state[2, j], h * state[3, j]
             for k in range(_ORDER - 1):
+                product[:] = 0.0
+                for order in range(k + 1):
+                    for j in range(4):  # innermost, so that it becomes one vector operation
+                        product[j] += cosine[order] * w[k - order, j]
                 for j in range(4):
-                    product = 0.0
-                    for order in range(k + 1):
-                        product += cosine[order] * w[k - order, j]
-                    G = damping * (k + 1) * w[k + 1, j] + mean * w[k, j] + swing * product
+                    G = damping * (k + 1) * w[k + 1, j] + mean * w[k, j] + swing * product[j]
                     common = shaker_damping * (k + 1) * y[k + 1, j] + square * y[k, j]
                     y[k + 2, j] = -(common + mu * G) / ((k + 1) * (k + 2))
                     w[k + 2, j] = -(common + (1.0 + mu) * G) / ((k + 1) * (k + 2))

@@ -157,7 +157,7 @@ def _exact_roots(bernstein):
     while stack:
         b, place, depth = stack.pop()
         whole = 1 << depth
-        if b[0] == 0 and place > 0:
+        if b[0] == 0 and place % 2:  # at the left end, which left halves inherit
             roots.append(place / (whole - place))
         signs = [value > 0 for value in b if value]
         changes = sum(one != other for one, other in zip(signs, signs[1:], strict=False))

@@ -158,7 +158,7 @@ def levels(group):
     edges = np.concatenate([[0.0], cusps, [math.inf]])
     X, minus, plus, windows = [], [], [], []
     for left, right in zip(edges, edges[1:], strict=False):
-        middle = 2 * left if right == math.inf else math.sqrt(left * right) if left else 0.5 * right
+        middle = 0.5 * (left + right) if right < math.inf else 1 + 2 * left
         r, s, _ = dynamic_stiffness(*numbers, middle)
         if not r < -math.sqrt(3) * s:
             continue
