@@ -13,9 +13,13 @@ _HOME = {
     "OscillatorParameters": "parameters",
     "RigParameters": "parameters",
     "Nondimensional": "parameters",
-    "wire_force": "model.wires",
+    "suspension_force": "model.wires",
+    "cubic_law_error": "model.wires",
+    "oscillator_modes": "model.oscillator",
     "static_equilibrium": "model.planar",
+    "StaticEquilibrium": "model.planar",
     "linear_modes": "model.planar",
+    "Modes": "model.modes",
     "Tap": "model.excitation",
     "frequency_response": "response.amplitude",
     "FrequencyResponse": "response.amplitude",
@@ -31,8 +35,8 @@ _HOME = {
     "random_test": "experiment.random_test",
     "sine_test": "experiment.sine_test",
     "SineTest": "experiment.sine_test",
-    "identify": "identification.nsi",
-    "Identification": "identification.nsi",
+    "identify": "identification.identify",
+    "Identification": "identification.identify",
 }
 
 __all__ = sorted(_HOME)

@@ -118,14 +118,11 @@ def test_version_is_the_projects():
 
 
 def undocumented(function, text):
-    """Arguments of a function that a numpydoc Parameters section does not name."""
-    section = re.search(r"^\s*Parameters\n\s*-{3,}\n(.*?)(?=^\s*\w+\n\s*-{3,}\n|\Z)", text, re.M | re.S)
-    named = set()
-    if section:
-        for line in re.findall(r"^\s*([\w*, ]+?)\s*:", section[1], re.M):
-            named |= {part.strip().lstrip("*") for part in line.split(",")}
-        named |= set(re.findall(r"^\s*\*\*?(\w+)\s*$", section[1], re.M))
-    return [name for name in inspect.signature(function).parameters if name not in {"self", "cls", *named}]
+    """Arguments of a function that the Parameters section of its numpydoc text does not name."""
+    section = re.search(r"^Parameters\n-{3,}\n(.*?)(?=^\w+\n-{3,}\n|\Z)", text, re.M | re.S)
+    entries = re.findall(r"^(\S.*?)(?: *:.*)?$", section[1] if section else "", re.M)
+    named = {name.strip().lstrip("*") for entry in entries for name in entry.split(",")}
+    return [name for name in inspect.signature(function).parameters if name not in named]
 
 
 @pytest.mark.parametrize("name", rigsim.__all__)
@@ -141,17 +138,22 @@ def test_every_argument_is_documented(name):
 
 
 def test_undocumented_argument_is_seen():
-    def sample(a, b, *, c=1):
-        """Sum.
+    def sample(a, b, c, *rest, d=1, e=2, f=3, **more):
+        """Sum of a, b and f : int.
 
         Parameters
         ----------
         a, b : float
-            Summands.
+            Summands, with c : in the text.
+        *rest
+            More.
+        d, e
+            See `other`.
 
         Returns
         -------
-        float
+        f : float
         """
 
-    assert undocumented(sample, inspect.getdoc(sample)) == ["c"]
+    assert undocumented(sample, inspect.getdoc(sample)) == ["c", "f", "more"]
+    assert undocumented(lambda x: x, "No section.") == ["x"]

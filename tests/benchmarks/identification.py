@@ -1,0 +1,67 @@
+"""Identification of a record of 200 000 samples (100 s at 2000 Hz), in a process of its own.
+
+Unit: the Gram matrix of the record's block Hankel matrix (80 block rows of 4 channels) by plain matrix products.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from run import fastest
+
+from rigsim import RigParameters, random_test
+
+BLOCK_ROWS = 40
+
+_CHILD = """
+import json, resource, sys, time
+from rigsim import Record, identify
+record = Record.load(sys.argv[1])
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+begun = time.perf_counter()
+identify(record)
+first = time.perf_counter() - begun
+begun = time.perf_counter()
+identify(record)
+second = time.perf_counter() - begun
+after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+scale = 1 if sys.platform == "darwin" else 1024
+print(json.dumps([first, second, before * scale, after * scale]))
+"""
+
+
+def hankel_gram(channels, rows, columns=20_000):
+    """Gram matrix of the block Hankel matrix of channels (n, q), its columns in pieces that fit in memory."""
+    windows = np.lib.stride_tricks.sliding_window_view(channels, rows, axis=0)
+    size = rows * channels.shape[1]
+    gram = np.zeros((size, size))
+    for start in range(0, len(windows), columns):
+        piece = windows[start : start + columns].reshape(-1, size)
+        gram += piece.T @ piece
+    return gram
+
+
+def measure():
+    """Rows (name, value, unit, ratio)."""
+    begun = time.perf_counter()
+    record = random_test(RigParameters())
+    print(f"(the record took {time.perf_counter() - begun:.0f} s)", file=sys.stderr)
+    channels = np.stack([record.force, record.relative**3, record.shaker, record.mass], axis=1)
+    channels /= channels.std(axis=0)
+    unit = fastest(lambda: hankel_gram(channels, 2 * BLOCK_ROWS), 2)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "record.nc"
+        record.save(file)
+        done = subprocess.run([sys.executable, "-c", _CHILD, file], capture_output=True, text=True, check=True)
+    first, second, before, after = json.loads(done.stdout)
+    return [
+        ("unit: Gram matrix by matrix products", unit, "s", 1.0),
+        ("identify, first call", first, "s", first / unit),
+        ("identify, again", second, "s", second / unit),
+        ("largest memory of the process", after / 2**20, "MiB", None),
+        ("of it before identify was called", before / 2**20, "MiB", None),
+    ]
