@@ -140,7 +140,8 @@ class Record(Result):
         ValueError
             If the suffix is neither.
         """
-        path, write = Path(path), _format(path, _WRITERS)
+        path = Path(path)
+        write = _format(path, _WRITERS)
         temporary = path.with_name(f".{path.stem}-{uuid4().hex}{path.suffix}")
         try:
             write(self, temporary)
@@ -161,7 +162,8 @@ class Record(Result):
         ValueError
             If the suffix is unknown, the file is not in that form, or its values are not allowed.
         """
-        path, read = Path(path), _format(path, _READERS)
+        path = Path(path)
+        read = _format(path, _READERS)
         details, channels = read(path)
         for name in ("force", "shaker", "mass"):
             if name not in channels:

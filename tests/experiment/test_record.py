@@ -74,8 +74,8 @@ def test_bad_input_is_named(changes, message):
 def test_files_give_back_every_bit(tmp_path, suffix, details):
     record = small(**details)
     path = tmp_path / f"record{suffix}"
-    record.save(path)
-    again = Record.load(path)
+    record.save(str(path))
+    again = Record.load(str(path))
     assert again.channels.keys() == record.channels.keys()
     for name, values in record.channels.items():
         np.testing.assert_array_equal(getattr(again, name), values)

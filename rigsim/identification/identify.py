@@ -1,0 +1,256 @@
+"""`identify`: from a record to the underlying linear system, the cubic coefficient and the physical parameters."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from .. import checks
+from ..model.modes import Modes
+from ..parameters import OscillatorParameters
+from ..results import Result
+from . import nsi, physical
+from .receptance import RationalFraction, fit_rational_fraction
+from .subspace import StateSpace, identify_state_space
+
+RESOLUTION = 0.1  # Hz between the frequencies of a result
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(Result):
+    """What a random test says about the rig; see `identify`.
+
+    Attributes
+    ----------
+    singular_values : ndarray, shape (2 block_rows,)
+        Of the subspace step, descending (the paper's Fig. 5).
+    modes : Modes
+        Natural frequencies (Hz), damping ratios (Table 3) and shapes over [xs, x] of the underlying linear system.
+    frequency : ndarray, shape (n,)
+        Hz, over the band.
+    extended_receptance : ndarray, shape (n, 2, 2)
+        H_E of Eq. (9): columns in m/N and m per m^3.
+    receptance : ndarray, shape (n, 2, 2)
+        Of the underlying linear system, estimated (m/N); the order is [xs, x].
+    fitted_receptance : ndarray, shape (n, 2, 2)
+        The rational fraction fitted to it (m/N).
+    fraction : RationalFraction
+        That fit of H11, H21 and H22.
+    nonlinear_coefficient : ndarray, shape (n,)
+        k3(omega), complex (N/m^3): the paper's Fig. 3 is its real part.
+    k3 : float
+        Cubic coefficient (N/m^3): fitted together with the parameters where the reading is
+        "force", the mean of the coefficient's real part where it is one of the paper's.
+    parameters : OscillatorParameters
+        The paper's Table 4, with ``k3``.
+    misfit : float
+        Rms of what the parameters leave of H_E, relative to it, both weighted.
+    state_space : StateSpace
+        The model of Eq. (8).
+    hold, conversion : str
+        What the force did between samples, and how H_E was read.
+    nominal : OscillatorParameters or None
+        What the record says was tested.
+    status : str
+        "identified", or what is to be distrusted and why.
+    """
+
+    singular_values: np.ndarray
+    modes: Modes
+    frequency: np.ndarray
+    extended_receptance: np.ndarray
+    receptance: np.ndarray
+    fitted_receptance: np.ndarray
+    fraction: RationalFraction
+    nonlinear_coefficient: np.ndarray
+    k3: float
+    parameters: OscillatorParameters
+    misfit: float
+    state_space: StateSpace
+    hold: str
+    conversion: str
+    nominal: OscillatorParameters | None
+    status: str
+
+    plot_name = "identification_figure"
+
+    def nonlinear_mean(self, band):
+        """Mean of the real part of k3(omega) over ``band`` (a pair in Hz), every 0.1 Hz (N/m^3)."""
+        frequency = _frequencies(band, self.state_space.sample_rate)
+        extended = nsi.extended_receptance(self.state_space, frequency, self.hold, self.conversion)
+        return float(nsi.nonlinear_coefficient(extended).real.mean())
+
+    def summary(self):
+        pairs = zip(self.modes.frequency, self.modes.damping, strict=True)
+        modes = ", ".join(f"{frequency:.4f} Hz ({damping:.4f})" for frequency, damping in pairs)
+        return f'Identification ("{self.conversion}"): modes {modes}; k3 = {self.k3:.5g} N/m^3; {self.status}'
+
+    def table(self):
+        """`pandas.DataFrame` of the parameters, with nominal value and error (%) where known."""
+        table = self.parameters.table()
+        if self.nominal is not None:
+            table.insert(1, "nominal", self.nominal.table()["value"])
+            table.insert(2, "error (%)", 100 * (table["value"] / table["nominal"] - 1))
+        return table
+
+
+def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
+    """Identify the rig from a random test.
+
+    1. Extended inputs u = [f, -z^3], z = xs - x about its zero; outputs [xs, x].
+    2. Subspace identification of Eq. (8), twice: z is cubed as measured, and then as the
+       first model gives it, without the measurement's noise and about the offset it finds.
+    3. H_E, Eq. (9), and from it k3(omega), H11, H21 and H22.
+    4. A rational fraction polynomial fitted to the receptances.
+    5. The physical parameters from its coefficients, refined by a bounded fit to all of
+       H_E, weighted by the spectra of the inputs over the variances of the outputs' residuals.
+
+    Parameters
+    ----------
+    record : Record
+        Force, shaker and mass under a force that excites the whole band.
+    order : int
+        Order of the model, even: two a mode. The rig has 4.
+    block_rows : int
+        Block rows of the past and of the future in the subspace step.
+    band : pair of float
+        Frequencies (Hz) the receptances are read at, every 0.1 Hz, fitted and averaged over.
+    conversion : {"force", "all", "none"}
+        How H_E is read from a sampled model; see `rigsim.identification.nsi`. "force" is
+        right, "all" is the paper's, "none" is Eq. (9) as printed.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    ValueError
+        If the record has too few samples for the block rows or a channel that does not
+        vary, if the order is odd or too large, the band empty or beyond half the sample
+        rate, or the conversion unknown.
+    """
+    order, block_rows = _checked_orders(order, block_rows, record)
+    frequency = _frequencies(band, record.sample_rate)
+    checks.one_of("conversion", conversion, nsi.CONVERSIONS)
+    for name in ("force", "shaker", "mass", "relative"):
+        channel = getattr(record, name)
+        if not np.ptp(channel) > 1e-12 * np.abs(channel).max():
+            raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
+
+    model, singular_values, inputs, outputs = _two_passes(record, order, block_rows)
+    extended = nsi.extended_receptance(model, frequency, record.hold, conversion)
+    coefficient = nsi.nonlinear_coefficient(extended)
+    receptance = nsi.underlying_receptance(extended)
+
+    distinct = receptance[:, [0, 1, 1], [0, 0, 1]]  # H11, H21, H22
+    if conversion == "force":
+        weight = _weights(model, inputs, outputs, frequency)
+        share = np.abs(weight[:, 0, 1] * (extended[:, 0, 0] - extended[:, 1, 0])) ** 2
+        k3 = coefficient.real @ share / share.sum()
+        fraction_weight = np.column_stack([weight[:, 0, 0], weight[:, 1, 0], abs(k3) * weight[:, 1, 1]])
+    else:
+        # The paper's steps: one number for the coefficient, its mean; the linear parameters from H11, H21 and H22.
+        k3 = coefficient.real.mean()
+        fraction_weight = 1 / np.abs(distinct)
+    fraction = fit_rational_fraction(frequency, distinct, fraction_weight, (2, 1, 2), 4)
+    h11, h21, h22 = fraction(frequency).T
+    start = physical.parameters_of_fraction(fraction)
+    if conversion == "force":
+        model_of = lambda values: nsi.extended_from(physical.oscillator_receptance(values, frequency), values[6])  # noqa: E731
+        values, misfit = physical.fit_parameters(model_of, extended, weight, np.append(start, k3))
+    else:
+        model_of = lambda values: physical.oscillator_receptance(values, frequency)[:, [0, 1, 1], [0, 0, 1]]  # noqa: E731
+        values, misfit = physical.fit_parameters(model_of, distinct, fraction_weight, start)
+        values = np.append(values, k3)
+    return Identification(
+        singular_values=singular_values,
+        modes=_modes(model),
+        frequency=frequency,
+        extended_receptance=extended,
+        receptance=receptance,
+        fitted_receptance=np.stack([h11, h21, h21, h22], axis=1).reshape(-1, 2, 2),
+        fraction=fraction,
+        nonlinear_coefficient=coefficient,
+        k3=float(values[6]),
+        parameters=OscillatorParameters(*np.maximum(values, 0.0)),
+        misfit=misfit,
+        state_space=model,
+        hold=record.hold,
+        conversion=conversion,
+        nominal=None if record.parameters is None else record.parameters.oscillator,
+        status=_status(values, misfit),
+    )
+
+
+def _checked_orders(order, block_rows, record):
+    block_rows = checks.integer("block_rows", block_rows, low=4)
+    order = checks.integer("order", order, low=4, high=block_rows)
+    if order % 2:
+        raise ValueError(f"order = {order} is not allowed; expected an even number, two a mode")
+    # As many Hankel columns as rows of all four channels: fewer, and past and future span everything.
+    needed = 2 * block_rows * 4 + 2 * block_rows - 1
+    if record.force.size < needed:
+        raise ValueError(
+            f"record has {record.force.size} samples; expected at least {needed} for block_rows = {block_rows}"
+        )
+    return order, block_rows
+
+
+def _frequencies(band, sample_rate):
+    """Every 0.1 Hz over the band, both ends included."""
+    low, high = checks.array("band", band, "Hz", low=0.0, low_open=True, high=sample_rate / 2, min_size=2)[:2]
+    if np.size(band) != 2 or not high > low:
+        raise ValueError(f"band = {tuple(np.ravel(band).tolist())} Hz is not allowed; expected a pair, low below high")
+    return np.linspace(low, high, max(int(round((high - low) / RESOLUTION)), 40) + 1)
+
+
+def _two_passes(record, order, block_rows):
+    """Model and singular values of the second pass, its inputs and the outputs.
+
+    The cube of a noisy z is biased, and loses most to the noise where z is small; the zero
+    of the springs need not be the sensors'. The first model's outputs have neither fault.
+    """
+    outputs = np.column_stack([record.shaker, record.mass])
+    relative = record.relative - record.relative.mean()
+    for last in (False, True):
+        inputs = nsi.extended_inputs(record.force, relative)
+        model, singular_values = identify_state_space(inputs, outputs, record.sample_rate, order, block_rows)
+        if not last:
+            simulated = model.simulate(inputs) - model.offset
+            relative = simulated[:, 0] - simulated[:, 1]
+    return model, singular_values, inputs, outputs
+
+
+def _weights(model, inputs, outputs, frequency):
+    """What a misfit of H_E does to the outputs, over their noise: sqrt(input spectrum) / residual deviation."""
+    residual = (outputs - model.simulate(inputs)).std(axis=0)
+    segment = min(len(inputs), int(2 * model.sample_rate))
+    lines, spectra = signal.welch(inputs, model.sample_rate, nperseg=segment, axis=0)
+    spectra = np.column_stack([np.interp(frequency, lines, column) for column in spectra.T])
+    return np.sqrt(spectra)[:, None, :] / residual[None, :, None]
+
+
+def _modes(model):
+    """Oscillating modes of the model, each with its shape over [xs, x]."""
+    values, vectors = np.linalg.eig(model.A)
+    poles = np.log(values.astype(complex)) * model.sample_rate
+    shapes = (model.C @ vectors).T
+    kept = np.flatnonzero(values.imag > 0)
+    kept = kept[np.argsort(np.abs(poles[kept]))]
+    poles, shapes = poles[kept], shapes[kept]
+    largest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
+    names = tuple(f"mode {number + 1}" for number in range(kept.size))
+    return Modes(np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), shapes / largest, names)
+
+
+def _status(values, misfit):
+    doubts = []
+    if misfit > 0.05:
+        doubts.append(f"the parameters leave {100 * misfit:.2g} % of H_E unexplained")
+    if values[6] < 0:
+        doubts.append(f"k3 = {values[6]:.3g} N/m^3 is negative, so parameters carry k3 = 0")
+    at_bound = [name for name, value in zip(physical.NAMES[:6], values[:6], strict=True) if value <= 0]
+    if at_bound:
+        doubts.append(f"the fit ends at the bound 0 of {', '.join(at_bound)}")
+    return "; ".join(doubts) or "identified"

@@ -1,0 +1,138 @@
+"""Figures of an identification: the paper's Figs. 3, 4 and 5."""
+
+import numpy as np
+
+from .style import BLACK, BLUE, GREY, ORANGE, RED, style, subplots
+
+_ENTRIES = (("$H_{11}$", 0, 0), ("$H_{21}$", 1, 0), ("$H_{22}$", 1, 1))
+
+
+def nonlinear_coefficient_figure(identification):
+    """Real and imaginary part of k3(omega) with its mean, and the nominal value where known (the paper's Fig. 3)."""
+    mean = identification.nonlinear_coefficient.real.mean()
+    imaginary = np.mean(np.abs(identification.nonlinear_coefficient.imag))
+    alt = (
+        f"Real part of the nonlinear coefficient over frequency, with mean {mean:.4g} newtons per cubic metre, "
+        f"and its imaginary part, on average {imaginary:.2g} in size."
+    )
+    with style():
+        figure, axes = subplots(2, 1, alt=alt, height=5.0, sharex=True, height_ratios=(3, 2))
+        _draw_coefficient(axes, identification, mean)
+        axes[1].set_xlabel("frequency (Hz)")
+        return figure
+
+
+def receptance_figure(identification):
+    """H11, H21 and H22 of the underlying linear system, estimated (solid) and fitted (dashed) (the paper's Fig. 4)."""
+    peaks = identification.modes.frequency
+    alt = (
+        "Magnitude and phase of the receptances H11, H21 and H22 of the underlying linear system: estimates as solid "
+        f"lines, fitted rational fractions as dashed lines over them; modes at {_listed(peaks)} Hz."
+    )
+    with style():
+        figure, axes = subplots(2, 3, alt=alt, width=10.0, height=5.0, sharex=True, height_ratios=(3, 2))
+        _draw_receptances(axes, identification)
+        for axis in axes[1]:
+            axis.set_xlabel("frequency (Hz)")
+        return figure
+
+
+def singular_value_figure(identification):
+    """Singular values of the subspace step with their jump marked (the paper's Fig. 5)."""
+    order = len(identification.state_space.A)
+    values = identification.singular_values
+    alt = (
+        f"Singular values on a logarithmic scale: {order} large ones, then a fall by a factor of "
+        f"{values[order - 1] / values[order]:.2g}, which gives the order of the model."
+    )
+    with style():
+        figure, axis = subplots(alt=alt)
+        _draw_singular_values(axis, identification)
+        return figure
+
+
+def identification_figure(identification):
+    """Singular values, coefficient and receptances of an identification on one page.
+
+    Returns
+    -------
+    DescribedFigure
+    """
+    order, mean = len(identification.state_space.A), identification.nonlinear_coefficient.real.mean()
+    jump = identification.singular_values[order - 1] / identification.singular_values[order]
+    alt = (
+        f"Identification of a record: singular values that fall by a factor of {jump:.2g} after the {order}th; "
+        f"nonlinear coefficient with mean {mean:.4g} newtons per cubic metre; receptances of the underlying linear "
+        f"system, with modes at {_listed(identification.modes.frequency)} Hz, estimated and fitted."
+    )
+    with style():
+        figure, axes = subplots(3, 3, alt=alt, width=10.0, height=8.6, height_ratios=(3, 3, 2))
+        for axis in axes[0]:
+            axis.remove()
+        grid = axes[0, 0].get_gridspec()
+        _draw_singular_values(figure.add_subplot(grid[0, 0]), identification)
+        coefficient = [figure.add_subplot(grid[0, column]) for column in (1, 2)]
+        _draw_coefficient(coefficient, identification, mean)
+        for axis in coefficient:
+            axis.set_xlabel("frequency (Hz)")
+        _draw_receptances(axes[1:], identification)
+        for axis in axes[2]:
+            axis.set_xlabel("frequency (Hz)")
+        return figure
+
+
+def _draw_coefficient(axes, identification, mean):
+    frequency, coefficient = identification.frequency, identification.nonlinear_coefficient
+    real, imaginary = axes
+    real.plot(frequency, coefficient.real, color=BLUE, label="estimate")
+    real.axhline(mean, color=ORANGE, linestyle="--", label=f"mean {mean:.4g}")
+    if identification.nominal is not None and identification.nominal.k3 > 0:
+        nominal = identification.nominal.k3
+        real.axhline(nominal, color=BLACK, linestyle=":", label=f"nominal {nominal:.4g}")
+    # The edges of the band are the least certain: they must not set the scale, nor must rounding on a clean record.
+    low, high = np.quantile(coefficient.real, (0.05, 0.95))
+    margin = max(high - low, 0.1 * abs(mean))
+    real.set_ylim(low - margin, high + margin)
+    real.set_ylabel("Re $k_3$ (N/m$^3$)")
+    real.legend()
+    imaginary.plot(frequency, coefficient.imag, color=RED)
+    low, high = imaginary.get_ylim()
+    imaginary.set_ylim(min(low, -0.1 * abs(mean)), max(high, 0.1 * abs(mean)))
+    imaginary.set_ylabel("Im $k_3$ (N/m$^3$)")
+
+
+def _draw_receptances(axes, identification):
+    frequency = identification.frequency
+    for (label, row, column), magnitude, phase in zip(_ENTRIES, *axes, strict=True):
+        estimated = identification.receptance[:, row, column]
+        fitted = identification.fitted_receptance[:, row, column]
+        magnitude.semilogy(frequency, np.abs(estimated), color=BLUE, label="estimate")
+        magnitude.semilogy(frequency, np.abs(fitted), color=RED, linestyle="--", label="fraction polynomial")
+        magnitude.set_title(label)
+        for values, colour, line in ((estimated, BLUE, "-"), (fitted, RED, "--")):
+            phase.plot(frequency, np.degrees(np.unwrap(np.angle(values))), color=colour, linestyle=line)
+    axes[0][0].set_ylabel("magnitude (m/N)")
+    axes[1][0].set_ylabel("phase (degrees)")
+    axes[0][2].legend(loc="upper right")
+
+
+def _draw_singular_values(axis, identification):
+    values, order = identification.singular_values, len(identification.state_space.A)
+    number = np.arange(1, values.size + 1)
+    axis.semilogy(number[:order], values[:order], "o", color=BLUE, label=f"{order} kept")
+    axis.semilogy(number[order:], values[order:], "o", color=GREY, markerfacecolor="none", label="left out")
+    axis.annotate(
+        "",
+        xy=(order + 0.5, values[order]),
+        xytext=(order + 0.5, values[order - 1]),
+        arrowprops={"arrowstyle": "<->", "color": BLACK},
+    )
+    middle = np.sqrt(values[order - 1] * values[order])
+    axis.text(order + 1.5, middle, f"jump: {values[order - 1] / values[order]:.2g}", va="center")
+    axis.set_xlabel("number")
+    axis.set_ylabel("singular value")
+    axis.legend(loc="upper right")
+
+
+def _listed(values):
+    return " and ".join(f"{value:.4g}" for value in values)

@@ -1,0 +1,68 @@
+"""Figures of records."""
+
+import numpy as np
+
+from .style import BLUE, GREEN, GREY, ORANGE, RED, style, subplots
+
+_COLOURS = {"force": GREY, "shaker": BLUE, "mass": ORANGE, "relative": GREEN, "tilt": RED}
+_LABELS = {
+    "force": "force (N)",
+    "shaker": "shaker (mm)",
+    "mass": "mass (mm)",
+    "relative": "relative (mm)",
+    "tilt": "tilt (mrad)",
+}
+
+
+def record_figure(record, interval=None):
+    """Time histories of a record, one above the other.
+
+    Parameters
+    ----------
+    record : Record
+    interval : pair of float, optional
+        First and last instant shown (s); all of it by default.
+
+    Returns
+    -------
+    DescribedFigure
+
+    Raises
+    ------
+    ValueError
+        If the interval holds fewer than two samples.
+    """
+    time = record.time
+    low, high = (time[0], time[-1]) if interval is None else interval
+    shown = (time >= low) & (time <= high)
+    if shown.sum() < 2:
+        raise ValueError(
+            f"interval = {low:g} to {high:g} s is not allowed; expected two samples of 0 to {time[-1]:g} s"
+        )
+    channels = {"force": record.force, "shaker": record.shaker, "mass": record.mass, "relative": record.relative}
+    if record.tilt is not None:
+        channels["tilt"] = record.tilt
+    alt = (
+        f"Time histories of force, shaker, suspended mass and relative displacement from {low:.3g} to {high:.3g} s; "
+        f"rms force {record.force.std():.3g} N, largest xs - x {1e3 * abs(record.relative).max():.3g} mm."
+    )
+    with style():
+        figure, axes = subplots(len(channels), 1, alt=alt, height=1.4 * len(channels) + 0.4, sharex=True)
+        for axis, (name, values) in zip(axes, channels.items(), strict=True):
+            scale = 1.0 if name == "force" else 1e3
+            _draw(axis, time[shown], scale * values[shown], _COLOURS[name])
+            axis.set_ylabel(_LABELS[name])
+        figure.align_ylabels()
+        axes[-1].set_xlabel("time (s)")
+        axes[-1].set_xlim(low, high)
+        return figure
+
+
+def _draw(axis, time, values, colour, columns=2000):
+    """A line, or the band between smallest and largest where a line would be denser than the page."""
+    if values.size <= 2 * columns:
+        axis.plot(time, values, color=colour, linewidth=0.9)
+        return
+    starts = np.linspace(0, values.size, columns, endpoint=False).astype(int)
+    low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
+    axis.fill_between(time[starts], low, high, color=colour, linewidth=0.5)
