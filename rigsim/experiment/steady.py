@@ -32,7 +32,7 @@ def read_window(time, displacements, f):
     displacements : ndarray, shape (samples, 2)
         xs and x (m).
     f : float
-        Frequency of the force (Hz); at least one period in the window.
+        Frequency of the force (Hz); at least two periods in the window.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def read_window(time, displacements, f):
     distortion = np.abs(lines[1:]).max(axis=0) / np.abs(fundamental)
     z, left = abs(fundamental[2]), residual[:, 2]
     below, stray = (strongest_line(time, left, (_LOWEST, top)) for top in (f, harmonics[-1]))
-    parts = _subharmonic_parts(time, left, f, z) if below[1] > STRAY * z else 1
+    parts = _subharmonic_parts(time, signals[:, 2], f) if below[1] > STRAY * z else 1
     drift = _drift(time, signals[:, 2:], f, whole, harmonics, parts)
     told = f"z drifts by {drift:.2g} between half windows"
     steady = drift < DRIFT
@@ -66,7 +66,7 @@ def read_window(time, displacements, f):
     elif parts == 1 and stray[1] > STRAY * z and not _decays(time, left, stray[0]):
         verdict = (
             Status.IRREGULAR,
-            f"lasting line at {stray[0]:.3f} Hz of {stray[1] / z:.1%} of z, no part of f; {told}",
+            f"lasting line at {stray[0]:.3f} Hz of {stray[1] / z:.1%} of z, no period up to 5/f; {told}",
         )
     elif not steady or stray[1] > STRAY * z:
         line = f"line at {stray[0]:.3f} Hz of {stray[1] / z:.1%} of z"
@@ -76,12 +76,15 @@ def read_window(time, displacements, f):
     return fundamental, distortion, (below[1] / z, f / below[0]), drift, verdict
 
 
-def _subharmonic_parts(time, left, f, z):
-    """Smallest n whose lines at multiples of f/n explain what the harmonics left, or 1."""
+def _subharmonic_parts(time, z, f):
+    """Smallest n whose lines at multiples of f/n leave next to nothing of z, or 1."""
     for n in (2, 3, 4, 5):
-        multiples = f / n * np.array([k for k in range(1, 4 * n) if k % n])
-        _, rest = fit_sines(time, left[:, None], multiples)
-        if strongest_line(time, rest[:, 0], (_LOWEST, 4 * f))[1] <= STRAY * z:
+        # Over whole periods of the motion, and together: the part line can be the larger one.
+        inside = time > time[-1] - (1 - 1e-9) * np.floor((time[-1] - time[0]) * f / n * (1 + 1e-9)) * n / f
+        if not inside.any():
+            continue
+        lines, left = fit_sines(time[inside], z[inside, None], f / n * np.arange(1, HARMONICS * n + 1))
+        if strongest_line(time[inside], left[:, 0], (_LOWEST, HARMONICS * f))[1] <= STRAY * np.abs(lines).max():
             return n
     return 1
 
@@ -96,10 +99,8 @@ def _decays(time, left, frequency):
 
 
 def _drift(time, signal, f, whole, harmonics, parts):
-    """Change of the line at f between the window's halves, over the whole, NaN where halves hold no whole period."""
+    """Change of the line at f between the first and the last whole periods of half the window, over their mean."""
     half = np.floor(whole / 2) / f
-    if half == 0:
-        return np.nan
     between = [f / parts * k for k in range(1, 3 * parts) if k % parts]
     lines = np.concatenate([harmonics, between])
     first, _ = fit_sines(*_part(time, signal, time[0], half), lines)
