@@ -216,7 +216,7 @@ def mathml(latex, display=False):
     result = result.replace('<mo stretchy="false">&#x0007C;', '<mo stretchy="false" lspace="0" rspace="0">&#x0007C;')
     if display:
         tag = f'<span class="tag">({escape(", ".join(tags))})</span>' if tags and not several else ""
-        return f'<span class="maths" tabindex="0" role="group" aria-label="equation">{result}{tag}</span>'
+        return f'<span class="maths">{result}{tag}</span>'
     return result
 
 
@@ -245,7 +245,7 @@ class _Document:
         return self.accessible_tables(html)
 
     def accessible_tables(self, html):
-        """Name the scope of header cells, and let a wide table scroll in a box that the keyboard reaches.
+        """Name the scope of header cells, and let a wide table scroll in a box of its own.
 
         Columns of numbers are marked, to be set flush right.
         """
@@ -267,7 +267,7 @@ class _Document:
                     for cell in cells:
                         cell["class"] = "number"
             table.attrs.pop("border", None)
-            box = soup.new_tag("div", attrs={"class": "table", "role": "region", "tabindex": "0"})
+            box = soup.new_tag("div", attrs={"class": "table", "role": "region"})
             box["aria-label"] = f"Table {self.tables}"
             table.wrap(box)
         return str(soup)
@@ -352,7 +352,7 @@ def _preformatted(text):
     """Printed text as a terminal would leave it: only what follows the last carriage return of a line."""
     lines = [line.rstrip("\r").rsplit("\r", 1)[-1] for line in strip_ansi(text).split("\n")]
     text = "\n".join(lines).strip("\n")
-    return f'<pre class="output" tabindex="0">{escape(text, quote=False)}</pre>' if text else ""
+    return f'<pre class="output">{escape(text, quote=False)}</pre>' if text else ""
 
 
 # Pages

@@ -93,7 +93,7 @@ def test_tables_name_their_headers_and_align_numbers():
     ]  # fmt: skip
     assert [cell.text for cell in soup.find_all(class_="number")] == ["k", "-1.5e-3", "2 %"]
     box = soup.find("div")
-    assert box["tabindex"] == "0" and box["aria-label"] == "Table 1"
+    assert box["role"] == "region" and box["aria-label"] == "Table 1"
 
 
 def test_printed_text_is_what_a_terminal_would_leave():
