@@ -25,7 +25,7 @@ def _monodromy(oscillator, frequency, relative):
 
 def test_multipliers_are_those_of_the_integrated_variational_equation():
     rig = RigParameters()
-    response = frequency_response(rig, 3.18, [12.0, 24.0, 45.0, 66.0])
+    response = frequency_response(rig, 3.18, [12.0, 24.0, 45.0, 66.0, 80.0])
     for i, j in zip(*np.nonzero(np.isfinite(response.relative)), strict=True):
         scale = np.diag([1, 1, 300, 300])  # speeds in units comparable with displacements
         matrix = _monodromy(rig.oscillator, response.frequency[i], response.relative[i, j])

@@ -7,8 +7,11 @@ from .identification import (
     singular_value_figure,
 )
 from .record import record_figure
+from .response import force_scenario_figure, frequency_response_figure
 
 __all__ = [
+    "force_scenario_figure",
+    "frequency_response_figure",
     "identification_figure",
     "nonlinear_coefficient_figure",
     "receptance_figure",
