@@ -159,7 +159,7 @@ def _run(command, root, log, say):
                     process.wait(_HEARTBEAT)
                     break
                 except subprocess.TimeoutExpired:
-                    say(f"  {_last_line(log)[:100]}")
+                    say(f"  {_stage(log)}")
         finally:
             if process.poll() is None:
                 process.terminate()
@@ -170,9 +170,12 @@ def _run(command, root, log, say):
             raise SetupError(_why(text.read().decode("utf-8", "replace"), log))
 
 
-def _last_line(log):
-    lines = log.read_bytes().decode("utf-8", "replace").replace("\r", "\n").split("\n")
-    return next((line.strip() for line in reversed(lines) if line.strip()), "")
+def _stage(log):
+    """How far pip has come, by its log."""
+    text = log.read_bytes().decode("utf-8", "replace")
+    if "Installing collected packages" in text:
+        return "putting the packages in place"
+    return f"fetching packages, {text.count('Collecting ')} so far"
 
 
 def _why(text, log):

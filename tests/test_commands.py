@@ -284,3 +284,14 @@ def test_report_errors_are_lines(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(environment, "enter", lambda extras: None)
     assert commands.main(["report", "99", "--output", str(tmp_path)]) == 1
     assert capsys.readouterr().err.startswith("rigsim: n")
+
+
+def test_benchmarks_show_ratios_to_their_unit():
+    script = str(ROOT / "tests" / "benchmarks" / "run.py")
+    settings = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, script, "response"], env=settings, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    unit = next(line for line in done.stdout.splitlines() if line.startswith("unit:"))
+    assert unit.split()[-1] == "1" and "frequency_response" in done.stdout
+    done = subprocess.run([sys.executable, script, "nothing"], env=settings, capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr.startswith("rigsim: no benchmark nothing; there are ")
