@@ -60,9 +60,10 @@ def test_every_solution_lies_on_exactly_one_piece_for_any_rig_force_and_band():
         mu, zeta_s, zeta = 10 ** rng.uniform([-3, -3, -3], [0, -0.5, -0.5])
         parameters = OscillatorParameters.from_nondimensional(mu, zeta_s, zeta, rng.uniform(0, 2), 1.0)
         edges = [event.force for event in force_scenario(parameters)]
+        edges.append(2 * edges[-1])
         place = rng.integers(len(edges) - 1)
         force = np.sqrt(edges[place] * edges[place + 1])
-        jumps = jump_frequencies(parameters, force)
+        jumps = jump_frequencies(parameters, force) or (0.1,)
         low, high = np.sort(rng.uniform(0.5 * jumps[0], 1.5 * jumps[-1], 2))
         response = frequency_response(parameters, force, np.linspace(low, high, 37))
         expected = np.sort(abs(response.relative[np.isfinite(response.relative)]))
