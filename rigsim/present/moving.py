@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from .. import checks
 from .figures.style import BLACK, BLUE, style, subplots
@@ -42,7 +43,7 @@ class Curve:
     kind : {"stable", "unstable", "line", "outline", "point", "dot"}
         Solid, dashed, thin solid, closed and lightly filled, open circles, filled circles.
     label : str
-        Shown in the legend, once for all curves with the same kind, label and colour.
+        Shown in the legend, once for all curves with the same label and colour.
     color : str, optional
         A Matplotlib colour; blue by default, black for points.
 
@@ -209,9 +210,9 @@ class MovingPlot:
             for axes in grid.flat[len(self.panels) :]:
                 axes.set_axis_off()
             slots = [_slots(panel) for panel in self.panels]
-            handles = {key: _handle(*key) for panel_slots in slots for key, _ in panel_slots if key[1]}
+            handles = _handles(key for panel_slots in slots for key, _ in panel_slots)
             if handles:
-                figure.legend(handles=handles.values(), loc="outside upper center", ncols=min(4, len(handles)))
+                figure.legend(handles=handles, loc="outside upper center", ncols=min(4, len(handles)))
             figure.draw_without_rendering()
             figure.set_layout_engine("none")
             layers, paths = [], []
@@ -255,6 +256,44 @@ class Shape:
     color: str | None = None
 
 
+def drawing(shapes, frames, title="", xlim=None, ylim=None):
+    """Shapes as a `Panel` to scale and in millimetres, for `animate` or beside its own drawing.
+
+    Parameters
+    ----------
+    shapes : sequence of Shape
+    frames : int
+        Sets of points of those that move.
+    title : str
+    xlim, ylim : pair of float, optional
+        Metres.
+
+    Returns
+    -------
+    Panel
+
+    Raises
+    ------
+    ValueError
+        If a shape's array does not fit the number of frames.
+    """
+    fixed, moving = [], [[] for _ in range(frames)]
+    for shape in shapes:
+        points = 1e3 * np.asarray(shape.points, dtype=float)
+        key = (shape.kind, shape.label, shape.color)
+        if points.ndim == 2 and points.shape[1] == 2:
+            fixed.append(Curve(points[:, 0], points[:, 1], *key))
+        elif points.ndim == 3 and points.shape[::2] == (frames, 2):
+            for group, at in zip(moving, points, strict=True):
+                group.append(Curve(at[:, 0], at[:, 1], *key))
+        else:
+            raise ValueError(f"a shape has shape {points.shape}; expected ({frames}, n, 2) or (n, 2)")
+    limits = {
+        name: None if pair is None else tuple(1e3 * np.asarray(pair)) for name, pair in (("xlim", xlim), ("ylim", ylim))
+    }
+    return Panel(moving, "x (mm)", "y (mm)", title, fixed=tuple(fixed), equal=True, **limits)
+
+
 def animate(
     time, shapes, *, alt, seconds=6.0, title="", caption="", notes=None, xlim=None, ylim=None, panels=(), **size
 ):
@@ -291,25 +330,11 @@ def animate(
         If a shape's array does not fit the time vector.
     """
     time = checks.array("time", time, "s", min_size=2)
-    fixed, frames = [], [[] for _ in time]
-    for shape in shapes:
-        points = 1e3 * np.asarray(shape.points, dtype=float)
-        key = (shape.kind, shape.label, shape.color)
-        if points.ndim == 2 and points.shape[1] == 2:
-            fixed.append(Curve(points[:, 0], points[:, 1], *key))
-        elif points.ndim == 3 and points.shape[::2] == (time.size, 2):
-            for frame, at in zip(frames, points, strict=True):
-                frame.append(Curve(at[:, 0], at[:, 1], *key))
-        else:
-            raise ValueError(f"a shape has shape {points.shape}; expected ({time.size}, n, 2) or (n, 2)")
-    limits = {
-        name: None if pair is None else tuple(1e3 * np.asarray(pair)) for name, pair in (("xlim", xlim), ("ylim", ylim))
-    }
-    drawing = Panel(frames, "x (mm)", "y (mm)", title, fixed=tuple(fixed), equal=True, **limits)
+    first = drawing(shapes, time.size, title, xlim, ylim)
     slower = seconds / (time[-1] - time[0])
     caption = f"{caption} Played {float(f'{slower:.2g}'):g} times slower than real time.".strip()
     return MovingPlot(
-        "Time", 1e3 * time, "ms", (drawing, *panels), alt=alt, notes=notes, caption=caption, seconds=seconds, **size
+        "Time", 1e3 * time, "ms", (first, *panels), alt=alt, notes=notes, caption=caption, seconds=seconds, **size
     )
 
 
@@ -329,6 +354,11 @@ def _set_axes(axes, panel):
                 axes.autoscale_view(scalex=name == "x", scaley=name == "y")
         else:
             axes.set(**{f"{name}lim": wanted})
+        if scale == "log":
+            axis = getattr(axes, f"{name}axis")
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
     if panel.equal:
         axes.set_aspect("equal", adjustable="box" if panel.xlim and panel.ylim else "datalim")
 
@@ -343,6 +373,15 @@ def _slots(panel):
             key = (False, curve.kind, curve.label, curve.color)
             slots.setdefault(key, [[] for _ in panel.curves])[index].append(curve)
     return [(key[1:], curves) for key, curves in slots.items()]
+
+
+def _handles(keys):
+    """Legend entries, one for each label and colour; where solid and dashed share both, the solid one."""
+    entries = {}
+    for kind, label, color in keys:
+        if label and (kind != "unstable" or (label, color) not in entries):
+            entries[label, color] = _handle(kind, label, color)
+    return list(entries.values())
 
 
 def _handle(kind, label, color):
