@@ -3,7 +3,7 @@
 import numpy as np
 
 from .. import checks
-from ..parameters import RigParameters
+from ..parameters import RigParameters, oscillator_of
 
 LAWS = ("exact", "cubic")
 
@@ -28,12 +28,13 @@ def suspension_force(z, parameters, law="exact"):
     Raises
     ------
     ValueError
-        If the law is unknown, z is not finite, or the exact law is asked of a set without wires.
+        If the law is unknown, z is not finite, the exact law is asked of a set without wires, or ``parameters``
+        is of neither kind.
     """
     checks.one_of("law", law, LAWS)
     z = _displacement(z)
     if law == "cubic":
-        oscillator = parameters.oscillator
+        oscillator = oscillator_of(parameters)
         return oscillator.k1 * z + oscillator.k3 * z**3
     rig = _with_wires(parameters)
     # 1 - d0/l as a quotient of a difference of squares: no cancellation between d0 and l, which differ by 1e-4.
