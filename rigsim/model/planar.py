@@ -181,11 +181,12 @@ def static_equilibrium(parameters):
     Raises
     ------
     ValueError
-        If the mass tilts past its wires' reach: the followed equilibrium ends, or passes 90 degrees.
+        If the mass tilts past its wires' reach (`largest_tilt`) or sags by more than a wire's length d, or the
+        followed equilibrium ends.
     """
     rigs, wires = pack([parameters])
     q = rest_position(parameters)
-    load, increment = 0.0, 0.25
+    load, increment, reach = 0.0, 0.25, largest_tilt(parameters)
     # Newton from the last equilibrium, with shorter load steps where one set's tilt hardens.
     while load < 1.0:
         trial = min(load + increment, 1.0)
@@ -194,12 +195,19 @@ def static_equilibrium(parameters):
             q, load, increment = found, trial, 2 * increment
         else:
             increment /= 2
-        if increment < 1e-6 or abs(q[3]) > np.pi / 2:
+        sag = parameters.LG * np.sin(q[3]) - q[2]
+        if increment < 1e-6 or abs(q[3]) > reach or abs(sag) > parameters.d:
             raise ValueError(
-                f"gravity = {parameters.gravity:g} m/s^2 with m = {parameters.m:g} kg and LG = {parameters.LG:g} m "
-                f"tilts the mass past its wires' reach at {load:.0%} of the load; expected one below 90 degrees"
+                f"gravity = {parameters.gravity:g} m/s^2 with m = {parameters.m:g} kg and LG = {parameters.LG:g} m takes "
+                f"the mass past its wires' reach: tilt {np.degrees(q[3]):.3g} deg, sag {sag:.3g} m at {load:.0%} of the "
+                f"weight; expected a tilt below {np.degrees(reach):.3g} deg and a sag below d = {parameters.d:g} m"
             )
-    return StaticEquilibrium(float(q[3]), float(parameters.LG * np.sin(q[3]) - q[2]), q)
+    return StaticEquilibrium(float(q[3]), float(sag), q)
+
+
+def largest_tilt(parameters):
+    """Reach of the wires (rad): at this tilt the up and down wires touch the cylinder, arccos(Rm/(Rm + d))."""
+    return float(np.arccos(parameters.Rm / (parameters.Rm + parameters.d)))
 
 
 def rest_position(parameters):
@@ -219,7 +227,9 @@ def _newton(start, rigs, wires, gravity):
         conservative_forces(q, rig[0], wires[0], force)
         tangent_stiffness(q, rig[0], wires[0], stiffness)
         values, vectors = np.linalg.eigh(stiffness * np.outer(scale, scale))
-        if values[0] <= 0 and np.abs(force * scale).max() < 1e-12 * rig["ks"][0] * reach:
+        # Without pretension and weight the axial motion is neutral: no reason to refuse.
+        stable = values[0] > -1e-13 * values[-1]
+        if not stable and np.abs(force * scale).max() < 1e-12 * rig["ks"][0] * reach:
             return None
         # Modified Newton: curvature by modulus, so that a step always goes downhill.
         curvature = np.maximum(np.abs(values), 1e-9 * values[-1])
@@ -228,7 +238,7 @@ def _newton(start, rigs, wires, gravity):
         q += step
         if np.abs(step / scale).max() < 1e-15 * reach:
             break
-    return q if values[0] > 0 and np.abs(step / scale).max() < 1e-9 * reach else None
+    return q if stable and np.abs(step / scale).max() < 1e-9 * reach else None
 
 
 def mass_matrix(parameters):
@@ -262,10 +272,10 @@ def linear_modes(parameters):
 
 
 def longest_step(parameters):
-    """Longest stable step 2/omega of the leapfrog (s), for any position of the wires.
+    """Longest stable step 2/omega of the leapfrog (s), wherever the rig is near its axis.
 
-    A wire's in-plane tangent stiffness never exceeds k, so the largest eigenvalue of
-    M^-1 sum(k J^T J) bounds every natural frequency the rig can have near its axis.
+    A wire's in-plane tangent stiffness never exceeds k, and its pretension k (d - d0) resists the tilt by the
+    arm of its pin across the axis: the largest eigenvalue of M^-1 K with both bounds every natural frequency.
     """
     rigs, wires = pack([parameters])
     bound = np.diag([parameters.ks, 0.0, 0.0, 0.0])
@@ -273,5 +283,6 @@ def longest_step(parameters):
         arm_x, arm_y = wire["along"], wire["across"]
         jacobian = np.array([[-1.0, 1.0, 0.0, -arm_y], [0.0, 0.0, 1.0, arm_x]])
         bound += wire["k"] * jacobian.T @ jacobian
+        bound[3, 3] += wire["k"] * (parameters.d - parameters.d0) * abs(arm_y)
     half = np.sqrt(np.diag(mass_matrix(parameters)))
     return 2 / np.sqrt(np.linalg.eigvalsh(bound / np.outer(half, half))[-1])
