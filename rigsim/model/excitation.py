@@ -40,9 +40,10 @@ class Tap:
     time: float = 1.0
 
     def __post_init__(self):
-        checks.real("tap velocity", self.velocity, "m/s")
-        checks.positive("tap duration", self.duration, "s")
-        checks.real("tap time", self.time, "s", low=0.0)
+        set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        set_field("velocity", checks.real("tap velocity", self.velocity, "m/s"))
+        set_field("duration", checks.positive("tap duration", self.duration, "s"))
+        set_field("time", checks.real("tap time", self.time, "s", low=0.0))
 
     def force(self, mass, time):
         """Force (N) on a mass of ``mass`` kg at ``time`` (s), with the shape of ``time``."""
