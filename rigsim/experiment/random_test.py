@@ -42,7 +42,7 @@ def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-
     Raises
     ------
     ValueError
-        If an argument is not allowed, the step is unstable or the rig flies apart.
+        If an argument is not allowed, the step is unstable or the mass goes past its wires' reach.
     """
     force = checks.array("force", force, "N", min_size=2)
     sample_rate = checks.positive("sample_rate", sample_rate, "Hz")
@@ -60,7 +60,10 @@ def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-
             steps = (block.stop - first) * substeps
             motion = space.advance(kicks.kicks(first * substeps, steps), np.zeros((steps, 1)), substeps)
             if not np.isnan(motion.parted[0]):
-                raise ValueError(f"force flings the rig apart at t = {motion.parted[0]:.4g} s; expected a weaker force")
+                raise ValueError(
+                    f"force of up to {np.abs(force).max():g} N takes the mass past its wires' reach at "
+                    f"t = {motion.parted[0]:.4g} s; expected a weaker force or stiffer wires"
+                )
             shaker[block], mass[block], tilt[block] = motion.shaker[:, 0], motion.mass[:, 0], motion.tilt[:, 0]
             report(block.stop)
     return Record(

@@ -24,7 +24,15 @@ from numba.experimental import function_type  # noqa: F401  (registers how such 
 from pymunk._chipmunk_cffi import ffi, lib
 
 from ..parameters import RigParameters
-from .planar import conservative_forces, damping_matrix, longest_step, pack, rest_position, static_equilibrium
+from .planar import (
+    conservative_forces,
+    damping_matrix,
+    largest_tilt,
+    longest_step,
+    pack,
+    rest_position,
+    static_equilibrium,
+)
 
 STARTS = ("rest", "equilibrium")
 _FIELDS = pymunk.batch.BodyFields
@@ -83,7 +91,7 @@ class Motion:
     shaker, mass, tilt : ndarray, shape (samples, n)
         xs and x of P (m), tilt (rad).
     parted : ndarray of float, shape (n,)
-        When the rig flew apart (s), NaN if it did not.
+        When the rig flew apart or tilted past its wires' reach (s), NaN if it did not; it is held from there on.
     """
 
     shaker: np.ndarray
@@ -120,6 +128,7 @@ class RigSpace:
         self._LG = self._rigs["LG"]
         self._mass = np.stack([self._rigs[name] for name in ("ms", "m", "m", "inertia")], axis=1)
         self._flown = _FLOWN_WIRE_LENGTHS * np.array([p.d for p in parameters])
+        self._reach = np.array([largest_tilt(p) for p in parameters])
         self._parted = np.full(len(parameters), np.nan)
         self._done = 0
         self._space = pymunk.Space()
@@ -157,7 +166,7 @@ class RigSpace:
             _EACH_BODY, _STEP, int(ffi.cast("uintptr_t", self._space._space)),
             self._read.iterator, self._read.address, self._read.count, self._read.values,
             self._write.iterator, self._write.address, self._write.count, self._write.values,
-            self._rigs, self._wires, self._mass, self._flown, self._parted,
+            self._rigs, self._wires, self._mass, self._flown, self._reach, self._parted,
             np.ascontiguousarray(frame_force), np.ascontiguousarray(tap_force),
             self.step, self._done, sample_every, positions,
         )  # fmt: skip
@@ -171,7 +180,7 @@ def _advance(
     each_body, space_step, space,
     read_iterator, read_address, read_count, read,
     write_iterator, write_address, write_count, write,
-    rigs, wires, mass, flown, parted, frame_force, tap_force, h, done, sample_every, positions,
+    rigs, wires, mass, flown, reach, parted, frame_force, tap_force, h, done, sample_every, positions,
 ):  # fmt: skip
     """The leapfrog. Chipmunk's step drifts, then kicks, so the kick of time t is prepared before the step to t.
 
@@ -190,7 +199,7 @@ def _advance(
             q[0], q[1], q[2], q[3] = frame[0], cylinder[0], cylinder[1], cylinder[2]
             for j in range(4):
                 q[j] += v[j] * h  # where Chipmunk's drift will take it
-            if np.isnan(parted[i]) and not (abs(q[0]) + abs(q[1]) + abs(q[2]) < flown[i] and abs(q[3]) < 100.0):
+            if np.isnan(parted[i]) and not (abs(q[0]) + abs(q[1]) + abs(q[2]) < flown[i] and abs(q[3]) < reach[i]):
                 parted[i] = (done + k) * h
             if np.isnan(parted[i]):
                 conservative_forces(q, rigs[i], wires[i], force)
