@@ -22,14 +22,22 @@ def fit_sines(time, signals, frequencies):
         U of u(t) = Re(U exp(2 pi i f t)), zero to peak.
     residual : ndarray, shape (n, channels)
         What the mean and the sines leave.
+
+    Notes
+    -----
+    Normal equations with one step of refinement, which makes them as good as QR for sines that the time tells
+    apart. QR calls BLAS once a column: where its threads wait for each other on a busy machine, that costs a
+    hundred times the arithmetic.
     """
     phase = 2 * np.pi * np.outer(time, frequencies)
     basis = np.hstack([np.ones((len(time), 1)), np.cos(phase), np.sin(phase)])
-    solution = scipy.linalg.lstsq(basis, signals, lapack_driver="gelsy", check_finite=False)[
-        0
-    ]  # QR: a third of the time
+    gram = basis.T @ basis
+    solution, residual = 0.0, signals
+    for _ in range(2):
+        solution = solution + scipy.linalg.lstsq(gram, basis.T @ residual, lapack_driver="gelsy", check_finite=False)[0]
+        residual = signals - basis @ solution
     cosine, sine = np.split(solution[1:], 2)
-    return cosine - 1j * sine, signals - basis @ solution
+    return cosine - 1j * sine, residual
 
 
 def strongest_line(time, signal, band):
