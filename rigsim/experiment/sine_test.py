@@ -1,5 +1,6 @@
 """Stepped-sine tests of the multi-body rig, each from the same start, with or without a tap on the mass."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -141,11 +142,11 @@ def sine_test(
     force : float or array_like, shape (n,)
         Amplitude (N).
     frequency : float or array_like, shape (n,)
-        Hz; at least one whole period in the last second, and ten harmonics below half the sampling of the steps.
+        Hz; from two whole periods in the last second, so that its halves can be compared, to forty steps a period.
     tap : Tap, None, or sequence of them
-        A pulse on the suspended mass.
+        A pulse on the suspended mass, of at least four steps and over before the test is.
     duration : float
-        s, at least 1.
+        s, at least 1; rounded up to a whole number of samples.
     start : {"rest", "equilibrium"}
         Everything zero with wires unsagged and gravity on from t = 0, or the static equilibrium.
     step : float
@@ -169,9 +170,11 @@ def sine_test(
     duration = checks.real("duration", duration, "s", low=_WINDOW)
     step = checks.positive("step", step, "s")
     checks.one_of("start", start, STARTS)
-    rigs, force, frequency, taps = _broadcast(parameters, force, frequency, tap, step)
+    rigs, force, frequency, taps = _broadcast(parameters, force, frequency, tap, duration, step)
     every = max(1, int(min(1 / 4000, 1 / (2.5 * HARMONICS * frequency.max())) / step))
-    run = {"every": every, "steps": round(duration / step), "start": start, "step": step}
+    samples = math.ceil(duration / (every * step) * (1 - 1e-12))
+    window = samples - math.ceil(_WINDOW / (every * step) * (1 - 1e-12)), samples
+    run = {"every": every, "window": window, "start": start, "step": step}
     chunks = [
         {"rigs": rigs[part], "force": force[part], "frequency": frequency[part], "taps": taps[part], **run}
         for part in split(len(rigs), _CHUNK)
@@ -179,19 +182,26 @@ def sine_test(
     done = run_chunks(
         _run_chunk, chunks, progress=progress, executor=executor, checkpoint=checkpoint, label="spaces of rigs"
     )
-    time = step * every * _window(run["steps"], every, step)
+    time = step * every * np.arange(window[0], window[1] + 1)
     return _read(rigs, force, frequency, taps, time, start, step, **join(done))
 
 
-def _broadcast(parameters, force, frequency, tap, step):
-    rigs = [parameters] if isinstance(parameters, RigParameters) else list(parameters)
-    taps = [tap] if tap is None or isinstance(tap, Tap) else list(tap)
+def _broadcast(parameters, force, frequency, tap, duration, step):
+    rigs = list(parameters) if np.iterable(parameters) else [parameters]
+    for one in rigs:
+        if not isinstance(one, RigParameters):
+            raise ValueError(f"parameters = {one!r} is not allowed; the multi-body rig expects RigParameters")
+    taps = list(tap) if np.iterable(tap) else [tap]
     for one in taps:
-        if one is not None and not isinstance(one, Tap):
+        if one is None:
+            continue
+        if not isinstance(one, Tap):
             raise ValueError(f"tap = {one!r} is not allowed; expected a Tap or None")
+        checks.real("tap duration", one.duration, "s", low=4 * step)
+        checks.real("tap time", one.time, "s", low=0.0, high=duration - one.duration)
     force = checks.array("force", force, "N", low=0.0, low_open=True)
     highest = 1 / (4 * HARMONICS * step)
-    frequency = checks.array("frequency", frequency, "Hz", low=1 / _WINDOW, high=highest)
+    frequency = checks.array("frequency", frequency, "Hz", low=2 / _WINDOW, high=highest)
     lengths = {"parameters": len(rigs), "force": force.size, "frequency": frequency.size, "tap": len(taps)}
     n = max(lengths.values())
     for name, length in lengths.items():
@@ -205,24 +215,18 @@ def _broadcast(parameters, force, frequency, tap, step):
     )
 
 
-def _window(steps, every, step):
-    """Numbers of the samples in the last second."""
-    return np.arange(-(-(steps - round(_WINDOW / step)) // every), steps // every + 1)
-
-
 def _run_chunk(chunk):
     """Step one Space of rigs to the end; keep the window's traces, shape (rigs, 3, samples), and when one parted."""
-    step, steps, every = chunk["step"], chunk["steps"], chunk["every"]
+    step, every, (begin, end) = chunk["step"], chunk["every"], chunk["window"]
     space = RigSpace(chunk["rigs"], step, chunk["start"])
     shake = CosineForce(chunk["force"], chunk["frequency"], step)
     tap = TapForce(chunk["taps"], np.array([p.m for p in chunk["rigs"]]), step)
-    window = _window(steps, every, step)
     kept = []
-    for first in range(0, window[-1] + 1, _BLOCK):
-        samples = np.arange(first, min(first + _BLOCK, window[-1] + 1))
+    for first in range(0, end + 1, _BLOCK):
+        samples = np.arange(first, min(first + _BLOCK, end + 1))
         kicks = first * every, len(samples) * every
         motion = space.advance(shake.kicks(*kicks), tap.kicks(*kicks), every)
-        kept.append(np.stack([motion.shaker, motion.mass, motion.tilt])[:, samples >= window[0]])
+        kept.append(np.stack([motion.shaker, motion.mass, motion.tilt])[:, samples >= begin])
     return {"traces": np.moveaxis(np.concatenate(kept, axis=1), 2, 0), "parted": motion.parted}
 
 
@@ -236,7 +240,7 @@ def _read(rigs, force, frequency, taps, time, start, step, traces, parted):
         if np.isnan(parted[i]):
             amplitude[:, i], distortion[i], subharmonic[i], drift[i], verdict = read_window(time, traces[i, :2].T, f)
         else:
-            verdict = Status.PARTED, f"the rig flew apart at t = {parted[i]:.4g} s"
+            verdict = Status.PARTED, f"past its wires' reach at t = {parted[i]:.4g} s"
         verdicts.append(verdict)
     status, message = zip(*verdicts, strict=True)
     tilt = np.abs(traces[:, 2]).max(axis=1)
