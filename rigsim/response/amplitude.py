@@ -68,6 +68,18 @@ class FrequencyResponse(Result):
         """
         return connected_pieces(self.parameters, self.force, self.frequency)
 
+    def table(self):
+        """`pandas.DataFrame` of the `pieces`; None if the shaker is undamped, since they are not known then."""
+        import pandas as pd
+
+        if self.parameters.cs == 0:
+            return None
+        rows = [
+            (piece.kind, piece.closed, piece.frequency.min(), piece.frequency.max(), len(piece.folds))
+            for piece in self.pieces
+        ]
+        return pd.DataFrame(rows, columns=["piece", "closed", "from (Hz)", "to (Hz)", "folds"])
+
     def summary(self):
         low, high = self.frequency.min(), self.frequency.max()
         several = int((self.count > 1).sum())

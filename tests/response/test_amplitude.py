@@ -143,3 +143,15 @@ def test_an_undamped_linear_resonance_is_refused():
     oscillator = OscillatorParameters(ms=1.0, ks=1.0, cs=0.0, m=1.0, c=0.0, k1=0.0, k3=0.0)
     with pytest.raises(ValueError, match="undamped linear system resonates"):
         frequency_response(oscillator, 1.0, [1 / (2 * np.pi)])
+
+
+def test_it_shows_itself():
+    response = frequency_response(RigParameters(), FORCE, np.linspace(10, 120, 111))
+    assert repr(response).startswith(
+        "FrequencyResponse: 111 frequencies from 10 to 120 Hz at 3.18 N, three solutions at"
+    )
+    assert response.table()["piece"].tolist() == ["main", "inner"] and "inner" in response._repr_html_()
+    undamped = frequency_response(RigParameters().oscillator.replace(cs=0.0), FORCE, [20.0])
+    assert undamped.table() is None
+    with pytest.raises(ValueError, match="cs = 0 N s/m"):
+        undamped.pieces  # noqa: B018
