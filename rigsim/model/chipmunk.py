@@ -23,7 +23,6 @@ from numba.core.types import WrapperAddressProtocol
 from numba.experimental import function_type  # noqa: F401  (registers how such a function is passed)
 from pymunk._chipmunk_cffi import ffi, lib
 
-from ..parameters import RigParameters
 from .planar import (
     conservative_forces,
     damping_matrix,
@@ -119,12 +118,11 @@ class RigSpace:
     """
 
     def __init__(self, parameters, step, start):
-        for p in dict.fromkeys(parameters):
-            limit = longest_step(p) if isinstance(p, RigParameters) else np.inf
-            if not 0 < step < limit:
-                raise ValueError(f"step = {step:g} s is unstable; expected above 0 and below 2/omega = {limit:.3g} s")
-        self.step = step
         self._rigs, self._wires = pack(parameters)
+        limit = min(longest_step(p) for p in set(parameters))
+        if not 0 < step < limit:
+            raise ValueError(f"step = {step:g} s is unstable; expected above 0 and below 2/omega = {limit:.3g} s")
+        self.step = step
         self._LG = self._rigs["LG"]
         self._mass = np.stack([self._rigs[name] for name in ("ms", "m", "m", "inertia")], axis=1)
         self._flown = _FLOWN_WIRE_LENGTHS * np.array([p.d for p in parameters])
