@@ -198,9 +198,9 @@ def static_equilibrium(parameters):
         sag = parameters.LG * np.sin(q[3]) - q[2]
         if increment < 1e-6 or abs(q[3]) > reach or abs(sag) > parameters.d:
             raise ValueError(
-                f"gravity = {parameters.gravity:g} m/s^2 with m = {parameters.m:g} kg and LG = {parameters.LG:g} m takes "
-                f"the mass past its wires' reach: tilt {np.degrees(q[3]):.3g} deg, sag {sag:.3g} m at {load:.0%} of the "
-                f"weight; expected a tilt below {np.degrees(reach):.3g} deg and a sag below d = {parameters.d:g} m"
+                f"gravity = {parameters.gravity:g} m/s^2 with m = {parameters.m:g} kg and LG = {parameters.LG:g} m "
+                f"takes the mass past its wires' reach: tilt {np.degrees(q[3]):.3g} deg, sag {sag:.3g} m at {load:.0%} "
+                f"of the load; expected a tilt below {np.degrees(reach):.3g} deg, a sag below d = {parameters.d:g} m"
             )
     return StaticEquilibrium(float(q[3]), float(sag), q)
 

@@ -10,7 +10,7 @@ from rigsim.parameters import RigParameters
 
 RIG = RigParameters()
 displacements = st.floats(-0.1, 0.1)
-lengths = st.tuples(st.floats(1e-3, 1.0), st.floats(0.01, 1.0)).map(lambda pair: {"d": pair[0], "d0": pair[0] * pair[1]})
+lengths = st.builds(lambda d, ratio: {"d": d, "d0": d * ratio}, st.floats(1e-3, 1.0), st.floats(0.01, 1.0))
 stiffnesses = st.lists(st.floats(1.0, 1e6), min_size=8, max_size=8).map(tuple)
 
 
