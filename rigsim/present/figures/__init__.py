@@ -1,5 +1,6 @@
 """Figures, a file for each domain; the names here are those that results forward `.plot()` to."""
 
+from .experiment import branches_figure, distortion_figure, sine_test_figure, spectrum_figure
 from .identification import (
     identification_figure,
     nonlinear_coefficient_figure,
@@ -8,13 +9,22 @@ from .identification import (
 )
 from .record import record_figure
 from .response import force_scenario_figure, frequency_response_figure
+from .rig import rig_figure, rigs_figure, statics_figure, wire_law_figure
 
 __all__ = [
+    "branches_figure",
+    "distortion_figure",
     "force_scenario_figure",
     "frequency_response_figure",
     "identification_figure",
     "nonlinear_coefficient_figure",
     "receptance_figure",
     "record_figure",
+    "rig_figure",
+    "rigs_figure",
+    "sine_test_figure",
     "singular_value_figure",
+    "spectrum_figure",
+    "statics_figure",
+    "wire_law_figure",
 ]
