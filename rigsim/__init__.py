@@ -23,6 +23,7 @@ _HOME = {
     "Tap": "model.excitation",
     "frequency_response": "response.amplitude",
     "FrequencyResponse": "response.amplitude",
+    "Piece": "response.pieces",
     "folds": "response.detached",
     "jump_frequencies": "response.detached",
     "detached_curves": "response.detached",
@@ -37,6 +38,17 @@ _HOME = {
     "SineTest": "experiment.sine_test",
     "identify": "identification.identify",
     "Identification": "identification.identify",
+    "virtual_experiment": "present.overlay",
+    "overlay": "present.overlay",
+    "Overlay": "present.overlay",
+    "response_slider": "present.response_slider",
+    "force_scenario_figure": "present.figures.response",
+    "rig_figure": "present.figures.rig",
+    "rigs_figure": "present.figures.rig",
+    "wire_law_figure": "present.figures.rig",
+    "statics_figure": "present.figures.rig",
+    "rig_animation": "present.animate",
+    "rigs_animation": "present.animate",
 }
 
 __all__ = sorted(_HOME)
