@@ -16,6 +16,7 @@ from nbformat.v4 import new_code_cell, new_markdown_cell
 
 from tests.present.small_notebooks import write_notebook
 
+pytestmark = pytest.mark.full
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 PANEL = [
     new_markdown_cell("# A panel"),
@@ -148,7 +149,6 @@ def test_panel_answers_the_keyboard(browser, lab):
     page.context.close()
 
 
-@pytest.mark.full
 @pytest.mark.parametrize("name", ["03_detached_curves.ipynb"])
 def test_real_panel_answers_the_keyboard(browser, lab, name):
     if not (NOTEBOOKS / name).exists() and os.environ.get("CI") != "true":
