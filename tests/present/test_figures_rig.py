@@ -9,6 +9,7 @@ from rigsim.model.planar import linear_modes, pack, rest_position, static_equili
 from rigsim.model.wires import cubic_law_error, suspension_force
 from rigsim.parameters import RigParameters
 from rigsim.present.figures.rig import (
+    modes_figure,
     rig_figure,
     rig_parts,
     rigs_figure,
@@ -121,6 +122,27 @@ def test_nothing_of_the_rig_is_drawn_outside_its_axes():
             assert (known >= low).all() and (known <= high).all()
 
 
+def test_mode_shapes_are_the_models_and_as_large_as_asked():
+    modes, q = linear_modes(RIG), static_equilibrium(RIG).coordinates
+    figure = modes_figure(RIG, largest=3e-3)
+    rest = rig_parts(RIG, q)
+    for axes, name, frequency, shape in zip(figure.axes, modes.names, modes.frequency, modes.shape, strict=True):
+        assert f"{name} {frequency:.4g} Hz" in axes.get_title() and f"{name} {frequency:.4g} Hz" in figure.alt
+        frame, mass = (1e-3 * patch.get_xy()[:-1] for patch in axes.patches[2:])
+        moved = max(
+            np.linalg.norm(mass - rest["mass"], axis=1).max(), np.linalg.norm(frame - rest["frame"], axis=1).max()
+        )
+        assert moved == pytest.approx(3e-3, rel=0.05)
+        along = mass[1] - mass[0]
+        drawn = [
+            frame[0, 0] - rest["frame"][0, 0],
+            *(mass.mean(axis=0) - q[1:3]),
+            np.arctan2(along[1], along[0]) - q[3],
+        ]
+        scale = np.linalg.norm(drawn) / np.linalg.norm(shape.real)
+        np.testing.assert_allclose(np.abs(drawn), np.abs(scale * shape.real), atol=0.02 * np.abs(drawn).max())
+
+
 def test_wire_law_holds_both_laws_their_error_and_the_range_reached():
     figure = wire_law_figure(RIG, reached=(0.2e-3, 2.7e-3))
     force, error = figure.axes
@@ -178,6 +200,7 @@ def test_rigs_that_cannot_be_are_marked():
         (lambda: rigs_figure([RIG, SINGLE], titles=["one"]), "titles has 1 elements for 2 rigs"),
         (lambda: rigs_figure([]), "0 elements for 0 rigs"),
         (lambda: wire_law_figure(RIG, reached=(2e-3, 1e-3)), "reached"),
+        (lambda: modes_figure(RIG, largest=0), "largest = 0"),
         (lambda: wire_law_figure(RIG, largest=-1), "largest = -1"),
         (lambda: statics_figure(RIG.oscillator), "no shape to draw"),
         (lambda: statics_figure(RIG, points=1), "points = 1"),

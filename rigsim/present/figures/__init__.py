@@ -9,7 +9,7 @@ from .identification import (
 )
 from .record import record_figure
 from .response import force_scenario_figure, frequency_response_figure
-from .rig import rig_figure, rigs_figure, statics_figure, wire_law_figure
+from .rig import modes_figure, rig_figure, rigs_figure, statics_figure, wire_law_figure
 
 __all__ = [
     "branches_figure",
@@ -17,6 +17,7 @@ __all__ = [
     "force_scenario_figure",
     "frequency_response_figure",
     "identification_figure",
+    "modes_figure",
     "nonlinear_coefficient_figure",
     "receptance_figure",
     "record_figure",

@@ -101,7 +101,7 @@ def _frame_sizes(parameters):
     reach = parameters.Rm + parameters.d
     bar = 0.08 * reach
     half = parameters.Lm / 2 + abs(parameters.LG) + 0.35 * reach
-    return half, reach + bar, bar, -half - 0.8 * reach
+    return half, reach + bar, bar, -half - 0.8 * max(reach, half)
 
 
 def _joined(*lines, gap=True):
@@ -303,7 +303,7 @@ def _dimensions(axes, p, q, top):
     def leader(*points):
         axes.plot(*zip(*points, strict=True), color=GREY, linewidth=0.6)
 
-    low, beside = -0.36 * top, right + 0.14 * top
+    low, beside = -Rm - 0.27 * top, right + 0.14 * top
     dimension((left, low), (right, low), f"$L_m$ = {Lm:.4g} mm", (right + gap, low))
     for x in (left, right):
         leader((x, -Rm - gap), (x, low - gap))
@@ -312,19 +312,62 @@ def _dimensions(axes, p, q, top):
     for y in (-Rm, Rm):
         leader((right + gap, y), (beside + gap, y))
     if p.LG:
-        over, text = 0.25 * top, f"$L_G$\n{LG:.4g} mm"
-        place = (
-            ((origin + LG + gap, over),) if p.wire_sets == 1 else ((origin + LG / 2, over + gap), "center", "bottom")
-        )
+        over, text = Rm + 0.15 * top, f"$L_G$\n{LG:.4g} mm"
+        place = ((origin + LG + gap, over),) if p.wire_sets == 1 else ((origin, over + gap), "center", "bottom")
         dimension((origin, over), (origin + LG, over), text, *place)
         for x in (origin, origin + LG):
             leader((x, 0.05 * top), (x, over + gap))
     sets = origin + 1e3 * np.array(p.set_positions)
     if sets[-1] > sets[0]:
-        over, text = 0.7 * top, f"{sets[-1] - sets[0]:.4g} mm"
+        over, text = -0.8 * top, f"{sets[-1] - sets[0]:.4g} mm"
         dimension((sets[0], over), (sets[-1], over), text, (sets.mean(), over + gap), "center", "bottom")
     axes.text(origin - gap, -gap, "P", ha="right", va="top", fontsize=9, zorder=8)
     axes.text(origin + LG + gap, -gap, "G", ha="left", va="top", fontsize=9, zorder=8)
+
+
+def modes_figure(parameters, largest=4e-3):
+    """Mode shapes of the rig about its static equilibrium, drawn on the rig.
+
+    Parameters
+    ----------
+    parameters : RigParameters
+    largest : float
+        Each mode is drawn so large that no corner of frame or mass moves by more than this (m).
+
+    Returns
+    -------
+    DescribedFigure
+
+    Raises
+    ------
+    ValueError
+        If ``parameters`` is not a rig's, it has no stable equilibrium, a mode does not oscillate, or ``largest`` is not
+        above zero.
+    """
+    (parameters,) = only_rigs([parameters])
+    largest = checks.positive("largest", largest, "m")
+    rest, modes = static_equilibrium(parameters).coordinates, linear_modes(parameters)
+    told = [f"{name} {f:.4g} Hz" for name, f in zip(modes.names, modes.frequency, strict=True)]
+    sets = _WORDS[parameters.wire_sets]
+    alt = f"Mode shapes of the rig with {sets}, thick on the rig at rest: {', '.join(told)}."
+    with style():
+        figure, grid = subplots(1, 4, alt=alt, width=11.0, height=4.4, sharex=True, sharey=True)
+        still = rig_parts(parameters, rest)
+        for axes, shape, text, damping in zip(grid, modes.shape, told, modes.damping, strict=True):
+            # To first order the corners move in proportion, so one step tells how far to go.
+            small = 1e-6 * shape.real
+            reach = max(
+                np.linalg.norm(rig_parts(parameters, rest + small)[name] - still[name], axis=-1).max()
+                for name in ("frame", "mass")
+            )
+            moved = rig_parts(parameters, rest + small * (largest / reach))
+            for parts, look in ((still, {"color": GREY, "linewidth": 0.8}), (moved, {"color": RED, "linewidth": 1.6})):
+                for name in ("frame", "mass"):
+                    axes.fill(*(1e3 * parts[name]).T, fill=False, edgecolor=look["color"], linewidth=look["linewidth"])
+                axes.plot(*(1e3 * parts["wires"]).T, **look | {"linewidth": 0.8})
+            axes.set(xlabel="x (mm)", title=f"{text}\ndamping {100 * damping:.2f} %", aspect="equal")
+        grid[0].set_ylabel("y (mm)")
+    return figure
 
 
 def wire_law_figure(parameters, reached=None, largest=5e-3):
