@@ -7,7 +7,6 @@ phi2(M) = (e^M - 1 - M)/M^2, in coordinates where y[r] needs no u[r+1].
 """
 
 import numpy as np
-from scipy import linalg
 
 
 def sampled_response(A, B, C, D, sample_rate, frequency):
@@ -22,7 +21,9 @@ def sampled_response(A, B, C, D, sample_rate, frequency):
     frequency : ndarray, shape (n,)
         Hz.
     """
-    return _response(A, B, C, D, np.exp(2j * np.pi * frequency / sample_rate))
+    points = np.exp(2j * np.pi * frequency / sample_rate)
+    resolvent = points[:, None, None] * np.eye(len(A)) - A
+    return D + C @ np.linalg.solve(resolvent, np.broadcast_to(B, (points.size, *B.shape)))
 
 
 def continuous_response(A, B, C, D, sample_rate, frequency, hold):
@@ -35,27 +36,23 @@ def continuous_response(A, B, C, D, sample_rate, frequency, hold):
     """
     if hold == "band-limited":
         return sampled_response(A, B, C, D, sample_rate, frequency)
-    logarithm = linalg.logm(A)  # Ac dt
-    phi1, phi2 = _phi(logarithm)
-    if hold == "zero":
-        continuous = np.linalg.solve(phi1, B)
-    else:
-        continuous = np.linalg.solve(phi1 @ phi1, B)
-        D = D - C @ phi2 @ continuous
-    # continuous is Bc dt, so that everything stays in the time unit dt.
-    return _response(logarithm, continuous, C, D, 2j * np.pi * frequency / sample_rate)
+    # Pole by pole, in the time unit dt; the poles of an identified model are distinct.
+    values, vectors = np.linalg.eig(A)
+    poles = np.log(values.astype(complex))
+    phi1, phi2 = _phi(poles)
+    entering = np.linalg.solve(vectors, B) / (phi1 if hold == "zero" else phi1**2)[:, None]
+    observed = C @ vectors
+    if hold == "linear":
+        D = D - observed @ (phi2[:, None] * entering)
+    points = 2j * np.pi * frequency / sample_rate
+    return D + (observed / (points[:, None, None] - poles)) @ entering
 
 
-def _response(A, B, C, D, points):
-    resolvent = points[:, None, None] * np.eye(len(A)) - A
-    return D + C @ np.linalg.solve(resolvent, np.broadcast_to(B, (points.size, *B.shape)))
-
-
-def _phi(matrix):
-    """phi1 and phi2 of a matrix, singular or not, as blocks of one exponential."""
-    o = len(matrix)
-    block = np.zeros((3 * o, 3 * o), dtype=matrix.dtype)
-    block[:o, :o] = matrix
-    block[:o, o : 2 * o] = block[o : 2 * o, 2 * o :] = np.eye(o)
-    exponential = linalg.expm(block)
-    return exponential[:o, o : 2 * o], exponential[:o, 2 * o :]
+def _phi(values):
+    """phi1 and phi2 of each value; the second by its series where the difference would cancel."""
+    small = np.abs(values) < 1e-3
+    divisor = np.where(small, 1.0, values)
+    phi2 = np.where(
+        small, 1 / 2 + values / 6 + values**2 / 24 + values**3 / 120, (np.expm1(values) - values) / divisor**2
+    )
+    return 1 + values * phi2, phi2

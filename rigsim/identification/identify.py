@@ -11,7 +11,8 @@ from ..parameters import OscillatorParameters
 from ..results import Result
 from . import nsi, physical
 from .receptance import RationalFraction, fit_rational_fraction
-from .subspace import StateSpace, identify_state_space
+from .refine import refine_state_space
+from .subspace import StateSpace, fit_input_matrices, identify_state_space
 
 RESOLUTION = 0.1  # Hz between the frequencies of a result
 
@@ -27,7 +28,7 @@ class Identification(Result):
     modes : Modes
         Natural frequencies (Hz), damping ratios (Table 3) and shapes over [xs, x] of the underlying linear system.
     frequency : ndarray, shape (n,)
-        Hz, over the band.
+        Hz, over the band: every 0.1 Hz, or 41 points where that gives fewer.
     extended_receptance : ndarray, shape (n, 2, 2)
         H_E of Eq. (9): columns in m/N and m per m^3.
     receptance : ndarray, shape (n, 2, 2)
@@ -45,8 +46,10 @@ class Identification(Result):
         The paper's Table 4, with ``k3``.
     misfit : float
         Rms of what the parameters leave of H_E, relative to it, both weighted.
+    unexplained : ndarray, shape (2,)
+        Rms share of xs and of x over the band that the model of Eq. (8) leaves.
     state_space : StateSpace
-        The model of Eq. (8).
+        That model; start and offset are those of its last but one refinement.
     hold, conversion : str
         What the force did between samples, and how H_E was read.
     nominal : OscillatorParameters or None
@@ -66,6 +69,7 @@ class Identification(Result):
     k3: float
     parameters: OscillatorParameters
     misfit: float
+    unexplained: np.ndarray
     state_space: StateSpace
     hold: str
     conversion: str
@@ -98,8 +102,8 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
     """Identify the rig from a random test.
 
     1. Extended inputs u = [f, -z^3], z = xs - x about its zero; outputs [xs, x].
-    2. Subspace identification of Eq. (8), twice: z is cubed as measured, and then as the
-       first model gives it, without the measurement's noise and about the offset it finds.
+    2. Subspace identification of Eq. (8), refined over the band; then once more with the z
+       that this model gives, without the measurement's noise and about the offset it finds.
     3. H_E, Eq. (9), and from it k3(omega), H11, H21 and H22.
     4. A rational fraction polynomial fitted to the receptances.
     5. The physical parameters from its coefficients, refined by a bounded fit to all of
@@ -132,20 +136,26 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
     """
     order, block_rows = _checked_orders(order, block_rows, record)
     frequency = _frequencies(band, record.sample_rate)
+    lines, needed = int((frequency[-1] - frequency[0]) * record.duration), order * (order + 6)
+    if lines < needed:
+        raise ValueError(
+            f"band = {frequency[0]:g} to {frequency[-1]:g} Hz has {lines} lines in {record.duration:g} s of record; "
+            f"expected at least {needed} for order = {order}"
+        )
     checks.one_of("conversion", conversion, nsi.CONVERSIONS)
     for name in ("force", "shaker", "mass", "relative"):
         channel = getattr(record, name)
         if not np.ptp(channel) > 1e-12 * np.abs(channel).max():
             raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
 
-    model, singular_values, inputs, outputs = _two_passes(record, order, block_rows)
+    singular_values, inputs, model, noise, unexplained = _model(record, order, block_rows, band)
     extended = nsi.extended_receptance(model, frequency, record.hold, conversion)
     coefficient = nsi.nonlinear_coefficient(extended)
     receptance = nsi.underlying_receptance(extended)
 
     distinct = receptance[:, [0, 1, 1], [0, 0, 1]]  # H11, H21, H22
     if conversion == "force":
-        weight = _weights(model, inputs, outputs, frequency)
+        weight = _weights(inputs, noise, record.sample_rate, frequency)
         share = np.abs(weight[:, 0, 1] * (extended[:, 0, 0] - extended[:, 1, 0])) ** 2
         k3 = coefficient.real @ share / share.sum()
         fraction_weight = np.column_stack([weight[:, 0, 0], weight[:, 1, 0], abs(k3) * weight[:, 1, 1]])
@@ -175,11 +185,12 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
         k3=float(values[6]),
         parameters=OscillatorParameters(*np.maximum(values, 0.0)),
         misfit=misfit,
+        unexplained=unexplained,
         state_space=model,
         hold=record.hold,
         conversion=conversion,
         nominal=None if record.parameters is None else record.parameters.oscillator,
-        status=_status(values, misfit),
+        status=_status(values, misfit, unexplained),
     )
 
 
@@ -205,30 +216,29 @@ def _frequencies(band, sample_rate):
     return np.linspace(low, high, max(int(round((high - low) / RESOLUTION)), 40) + 1)
 
 
-def _two_passes(record, order, block_rows):
-    """Model and singular values of the second pass, its inputs and the outputs.
+def _model(record, order, block_rows, band):
+    """Singular values and inputs, then what `refine_state_space` returns.
 
-    The cube of a noisy z is biased, and loses most to the noise where z is small; the zero
-    of the springs need not be the sensors'. The first model's outputs have neither fault.
+    The cube of a noisy z is biased, and the zero of the springs need not be the sensors'. So z
+    is cubed as measured, about its mean, for a first model only; that model's z, which has
+    neither fault, is cubed for the one returned.
     """
     outputs = np.column_stack([record.shaker, record.mass])
-    relative = record.relative - record.relative.mean()
-    for last in (False, True):
-        inputs = nsi.extended_inputs(record.force, relative)
-        model, singular_values = identify_state_space(inputs, outputs, record.sample_rate, order, block_rows)
-        if not last:
-            simulated = model.simulate(inputs) - model.offset
-            relative = simulated[:, 0] - simulated[:, 1]
-    return model, singular_values, inputs, outputs
+    inputs = nsi.extended_inputs(record.force, record.relative - record.relative.mean())
+    model, singular_values = identify_state_space(inputs, outputs, record.sample_rate, order, block_rows)
+    model, *_ = refine_state_space(model, inputs, outputs, band)
+    model = fit_input_matrices(model.A, model.C, inputs, outputs, model.sample_rate)
+    shaker, mass = (model.simulate(inputs) - model.offset).T
+    inputs = nsi.extended_inputs(record.force, shaker - mass)
+    return singular_values, inputs, *refine_state_space(model, inputs, outputs, band)
 
 
-def _weights(model, inputs, outputs, frequency):
+def _weights(inputs, noise, sample_rate, frequency):
     """What a misfit of H_E does to the outputs, over their noise: sqrt(input spectrum) / residual deviation."""
-    residual = (outputs - model.simulate(inputs)).std(axis=0)
-    segment = min(len(inputs), int(2 * model.sample_rate))
-    lines, spectra = signal.welch(inputs, model.sample_rate, nperseg=segment, axis=0)
+    segment = min(len(inputs), int(2 * sample_rate))
+    lines, spectra = signal.welch(inputs, sample_rate, nperseg=segment, axis=0)
     spectra = np.column_stack([np.interp(frequency, lines, column) for column in spectra.T])
-    return np.sqrt(spectra)[:, None, :] / residual[None, :, None]
+    return np.sqrt(spectra)[:, None, :] / noise[None, :, None]
 
 
 def _modes(model):
@@ -244,8 +254,11 @@ def _modes(model):
     return Modes(np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), shapes / largest, names)
 
 
-def _status(values, misfit):
+def _status(values, misfit, unexplained):
     doubts = []
+    for name, share in zip(("shaker", "mass"), unexplained, strict=True):
+        if share > 0.1:
+            doubts.append(f"the model leaves {100 * share:.2g} % of {name} unexplained")
     if misfit > 0.05:
         doubts.append(f"the parameters leave {100 * misfit:.2g} % of H_E unexplained")
     if values[6] < 0:

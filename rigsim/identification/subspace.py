@@ -73,22 +73,42 @@ def identify_state_space(inputs, outputs, sample_rate, order, block_rows):
     """
     p, q = inputs.shape[1], outputs.shape[1]
     channels = np.hstack([inputs, outputs])
-    mean, deviation = channels.mean(axis=0), channels.std(axis=0)
-    channels = (channels - mean) / deviation
+    deviation = channels.std(axis=0)
+    channels = (channels - channels.mean(axis=0)) / deviation
     observability, singular_values = _observability(channels, p, order, block_rows)
 
     C = observability[:q]
     A = np.linalg.lstsq(observability[:-q], observability[q:], rcond=None)[0]
     A = _stable(A)
-    B, D, start, offset = _input_matrices(A, C, channels[:, :p], channels[:, p:])
+    return fit_input_matrices(A, deviation[p:, None] * C, inputs, outputs, sample_rate), singular_values
 
-    to_inputs, to_outputs = 1 / deviation[:p], deviation[p:, None]
-    D = to_outputs * D * to_inputs
-    B, C = B * to_inputs, to_outputs * C
-    # Fitted to channels about their means; forced by the channels themselves, the model has another start and offset.
-    settled = np.linalg.solve(np.eye(order) - A, B @ mean[:p])
-    offset = to_outputs[:, 0] * offset + mean[p:] - (C @ settled + D @ mean[:p])
-    return StateSpace(A, B, C, D, start + settled, offset, sample_rate), singular_values
+
+def fit_input_matrices(A, C, inputs, outputs, sample_rate):
+    """The model of given A and C whose B, D, start and offset fit the record best, by least squares in time.
+
+    Parameters
+    ----------
+    A, C : ndarray, shapes (o, o) and (q, o)
+        With every eigenvalue of A inside the unit circle.
+    inputs, outputs : ndarray, shapes (n, p) and (n, q)
+        The record; each output counts in proportion to its deviation.
+    sample_rate : float
+        Samples a second (Hz).
+
+    Returns
+    -------
+    StateSpace
+    """
+    (order, p), q = (len(A), inputs.shape[1]), len(C)
+    to_inputs, to_outputs = 1 / inputs.std(axis=0), outputs.std(axis=0)
+    mean = outputs.mean(axis=0)
+    triangle = _triangle(A, C / to_outputs[:, None], inputs * to_inputs, (outputs - mean) / to_outputs)
+    scale = np.linalg.norm(triangle[:, :-1], axis=0)
+    solution = np.linalg.lstsq(triangle[:, :-1] / scale, triangle[:, -1], rcond=None)[0] / scale
+    start, B, D, offset = np.split(solution, np.cumsum([order, p * order, p * q]))
+    B = B.reshape(p, order).T * to_inputs
+    D = to_outputs[:, None] * D.reshape(p, q).T * to_inputs
+    return StateSpace(A, B, C, D, start, mean + to_outputs * offset, sample_rate)
 
 
 def extended_gram(channels, block_rows):
@@ -145,16 +165,6 @@ def _stable(A):
         return A
     mirrored = np.where(size < 1, values, values / np.maximum(size, 1 + 1e-9) ** 2)
     return np.real(vectors * mirrored @ np.linalg.inv(vectors))
-
-
-def _input_matrices(A, C, inputs, outputs):
-    """B, D, the first state and the outputs' offset by least squares in time."""
-    p, (q, order) = inputs.shape[1], C.shape
-    triangle = _triangle(A, C, np.ascontiguousarray(inputs), np.ascontiguousarray(outputs))
-    scale = np.linalg.norm(triangle[:, :-1], axis=0)
-    solution = np.linalg.lstsq(triangle[:, :-1] / scale, triangle[:, -1], rcond=None)[0] / scale
-    start, B, D, offset = np.split(solution, np.cumsum([order, p * order, p * q]))
-    return B.reshape(p, order).T, D.reshape(p, q).T, start, offset
 
 
 @njit(cache=True)

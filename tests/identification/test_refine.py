@@ -1,0 +1,58 @@
+"""Gauss-Newton on the lines of a band: derivatives, leakage, and what it gains on noise."""
+
+import numpy as np
+
+from rigsim.identification.refine import _lines, refine_state_space
+from rigsim.identification.subspace import identify_state_space
+from tests.identification.test_subspace import known_system, response
+
+
+def test_derivatives_are_those_of_the_modelled_lines():
+    model = known_system()
+    rng = np.random.default_rng(0)
+    z = np.exp(2j * np.pi * np.array([0.01, 0.1, 0.3]))
+    U = rng.normal(size=(3, 2)) + 1j * rng.normal(size=(3, 2))
+    matrices = (model.A, model.B, model.C, model.D, rng.normal(size=(4, 1)))
+    _, columns = _lines(matrices, U, z)
+    column = 0
+    for number, matrix in enumerate(matrices):
+        for index in np.ndindex(matrix.shape):
+            sides = []
+            for step in (1e-6, -1e-6):
+                moved = [m.copy() for m in matrices]
+                moved[number][index] += step
+                sides.append(_lines(moved, U, z)[0])
+            np.testing.assert_allclose(columns[..., column], (sides[0] - sides[1]) / 2e-6, rtol=1e-6, atol=1e-6)
+            column += 1
+    assert column == columns.shape[-1]
+
+
+def test_lines_of_a_finite_record_are_exact():
+    model = known_system((3.0, -1.0, 2.0, 5.0))
+    inputs = np.random.default_rng(1).normal(size=(301, 2))
+    states = [model.start]
+    for u in inputs:
+        states.append(model.A @ states[-1] + model.B @ u)
+    lines = np.arange(3, 120)
+    matrices = (model.A, model.B, model.C, model.D, (states[0] - states[-1])[:, None])
+    modelled, _ = _lines(matrices, np.fft.rfft(inputs, axis=0)[lines], np.exp(2j * np.pi * lines / 301))
+    np.testing.assert_allclose(modelled, np.fft.rfft(model.simulate(inputs), axis=0)[lines], rtol=1e-9, atol=1e-9)
+
+
+def test_a_noisy_estimate_comes_nearer_and_an_exact_one_stays():
+    true = known_system()
+    rng = np.random.default_rng(2)
+    inputs = rng.normal(size=(4000, 2))
+    clean = true.simulate(inputs)
+    frequency = np.linspace(1, 25, 60)
+    exact, *_ = refine_state_space(true, inputs, clean, (1, 25))
+    np.testing.assert_allclose(response(exact, frequency), response(true, frequency), rtol=1e-8)
+    before, after = [], []
+    for _ in range(6):
+        outputs = clean + 0.3 * clean.std(axis=0) * rng.normal(size=clean.shape)
+        estimate, _ = identify_state_space(inputs, outputs, 100.0, 4, 10)
+        refined, _, unexplained = refine_state_space(estimate, inputs, outputs, (1, 25))
+        before.append(np.linalg.norm(response(estimate, frequency) - response(true, frequency)))
+        after.append(np.linalg.norm(response(refined, frequency) - response(true, frequency)))
+        assert (unexplained > 0.05).all() and (unexplained < 0.3).all()  # noise outside the band does not count
+    assert np.mean(after) < 0.9 * np.mean(before)
