@@ -1,0 +1,77 @@
+"""Sliders with their units in words, and the rig that a panel's settings describe."""
+
+import ipywidgets
+import numpy as np
+
+from ...parameters import RigParameters
+
+PAPERS_RIG = RigParameters()
+
+_STYLE = {"description_width": "155px"}
+_LAYOUT = {"width": "370px"}
+
+
+def slider(description, value, low, high, step, digits, *, continuous=True):
+    """A `FloatSlider` whose range is widened to hold its first value."""
+    value = float(f"{value:.9g}")  # 3, where a difference of two lengths leaves 2.99999999999...
+    return ipywidgets.FloatSlider(
+        value, min=min(low, value), max=max(high, value), step=step, description=description,
+        readout_format=f".{digits}f", continuous_update=continuous, style=_STYLE, layout=_LAYOUT,
+    )  # fmt: skip
+
+
+def choice(description, options, value):
+    """`ToggleButtons` in the same column as the sliders; ``options`` are pairs of text and value."""
+    return ipywidgets.ToggleButtons(
+        options=options, value=value, description=description, style=_STYLE | {"button_width": "auto"}, layout=_LAYOUT
+    )
+
+
+def force_slider(force):
+    """Amplitude of the force (N)."""
+    return slider("force F (N)", force, 0.05, 8.0, 0.01, 2)
+
+
+def stretch_slider(parameters, **options):
+    """Stretch of the wires (µm), which sets their tension k (d - d0)."""
+    return slider("wire stretch d − d0 (µm)", 1e6 * (parameters.d - parameters.d0), 0.0, 30.0, 0.1, 1, **options)
+
+
+def offset_slider(parameters, **options):
+    """Offset LG of the centre of mass from P (mm)."""
+    return slider("mass offset LG (mm)", 1e3 * parameters.LG, -11.0, 11.0, 0.125, 3, **options)
+
+
+def sets_choice(parameters):
+    """One wire set or two."""
+    return choice("wire sets", [("one", 1), ("two", 2)], parameters.wire_sets)
+
+
+def reset_label(parameters):
+    """What the controls are set back to."""
+    return "Paper's rig" if parameters == PAPERS_RIG else "Rig as given"
+
+
+def widest_half_spacing(parameters):
+    """Half spacing (m) of the widest pair of sets symmetric about P that the cylinder can carry."""
+    return parameters.Lm / 2 - abs(parameters.LG)
+
+
+def with_stretch(parameters, stretch):
+    """The rig with its wires cut so that they are stretched by ``stretch`` (µm); the pins stay."""
+    return parameters.replace(d0=parameters.d - 1e-6 * stretch)
+
+
+def with_sets(parameters, sets):
+    """The rig on one wire set or two, at the same k1 and k3."""
+    if sets == parameters.wire_sets:
+        return parameters
+    if sets == 1:
+        return parameters.single_set()
+    half = parameters.k / 2 if np.ndim(parameters.k) == 0 else (*(parameters.wire_stiffness / 2),) * 2
+    return parameters.replace(wire_sets=2, k=half)
+
+
+def sets_in_words(parameters):
+    """How many sets the rig hangs on."""
+    return "one wire set" if parameters.wire_sets == 1 else "two wire sets"
