@@ -122,7 +122,24 @@ def folds(parameters, force):
 
 
 def jump_frequencies(parameters, force):
-    """Frequencies of the `folds` (Hz, ascending), where a slow sweep jumps or a detached curve ends."""
+    """Frequencies of the `folds`, where a slow sweep jumps or a detached curve ends.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+    force : float
+        Force amplitude (N, above zero).
+
+    Returns
+    -------
+    tuple of float
+        Hz, ascending.
+
+    Raises
+    ------
+    ValueError
+        If an input is not allowed, or the shaker is undamped.
+    """
     return tuple(fold.frequency for fold in folds(parameters, force))
 
 
