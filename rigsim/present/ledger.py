@@ -1,0 +1,212 @@
+"""The ledger: every number and claim of the paper, printed against computed, with the cause where they differ."""
+
+from dataclasses import dataclass
+from decimal import Decimal
+from html import escape
+
+from ..parameters import RigParameters
+from ..results import Result
+from .evidence import Evidence
+from .ledger_rows import OTHER_RIG, PAPER_RIG, ROWS, Number
+
+CLOSE = 1e-3  # relative difference still called close, beyond the printed digits
+_STYLE = (
+    ".rigsim-ledger table{width:100%;margin:0 0 1em}"
+    ".rigsim-ledger caption{text-align:left;font-weight:600;padding:.6em 0 .2em}"
+    ".rigsim-ledger th,.rigsim-ledger td{text-align:left;vertical-align:top;white-space:normal}"
+    ".rigsim-ledger .number{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}"
+    ".rigsim-ledger tbody th{font-weight:400}.rigsim-ledger .no td:nth-last-child(2){font-weight:700}"
+)
+
+
+@dataclass(frozen=True)
+class LedgerRow:
+    """One line of the ledger.
+
+    Attributes
+    ----------
+    section : str
+        Where it stands in the paper.
+    item : str
+        The quantity, or the claim in words.
+    kind : {"number", "claim"}
+    unit : str
+    printed : str
+        As the paper prints it; empty for a claim.
+    computed : float or str
+        The number, or what was found.
+    difference, percent : float or None
+        Computed less printed, absolute and relative (%).
+    agrees : {"yes", "close", "partly", "no"}
+        A number: "yes" where it rounds to the printed digits, "close" within 0.1 %. A claim: whether it holds.
+    cause : str
+        Why it does not agree; empty where it does.
+    """
+
+    section: str
+    item: str
+    kind: str
+    unit: str
+    printed: str
+    computed: float | str
+    difference: float | None
+    percent: float | None
+    agrees: str
+    cause: str
+
+    @property
+    def shown(self):
+        """The computed number with one digit more than the printed one, or the text."""
+        if self.kind == "claim" or isinstance(self.computed, str):
+            return self.computed
+        digits = Decimal(self.printed).as_tuple().digits
+        text = f"{self.computed:.{len(digits)}e}" if "e" in self.printed else f"{self.computed:.{_decimals(self) + 1}f}"
+        return text.replace("e+0", "e").replace("e-0", "e-")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Ledger(Result):
+    """Every number and claim of the paper beside what the companion computes.
+
+    Attributes
+    ----------
+    rows : tuple of LedgerRow
+    evidence : Evidence
+        What they were computed from.
+    """
+
+    rows: tuple
+    evidence: Evidence
+
+    def count(self, kind, agrees):
+        """How many rows of a kind ("number", "claim") agree so."""
+        return sum(row.kind == kind and row.agrees == agrees for row in self.rows)
+
+    def summary(self):
+        """One line: how many rows agree."""
+        numbers = ", ".join(f"{self.count('number', word)} {told}" for word, told in (
+            ("yes", "to the printed digits"), ("close", "within 0.1 %"), ("no", "not"),
+        ))  # fmt: skip
+        claims = ", ".join(f"{self.count('claim', word)} {word}" for word in ("yes", "partly", "no"))
+        return f"Ledger of {len(self.rows)} rows. Numbers that agree: {numbers}. Claims that hold: {claims}."
+
+    def row(self, section, item):
+        """The one row of this section and item.
+
+        Raises
+        ------
+        ValueError
+            If there is no such row.
+        """
+        found = [row for row in self.rows if (row.section, row.item) == (section, item)]
+        if not found:
+            raise ValueError(f"row ({section!r}, {item!r}) is not in the ledger; see ledger.table()")
+        return found[0]
+
+    def table(self):
+        """`pandas.DataFrame` with a row per row."""
+        import pandas as pd
+
+        columns = ["section", "item", "kind", "unit", "printed", "computed", "difference", "percent", "agrees", "cause"]
+        rows = [[getattr(row, name) for name in columns] for row in self.rows]
+        return pd.DataFrame(rows, columns=[*columns[:7], "difference [%]", *columns[8:]])
+
+    def _repr_html_(self):
+        sections = dict.fromkeys(row.section for row in self.rows)
+        tables = "".join(
+            _table(section, [row for row in self.rows if row.section == section and row.kind == kind], kind)
+            for section in sections
+            for kind in ("number", "claim")
+        )
+        return f'<div class="rigsim-ledger"><style>{_STYLE}</style><p>{escape(self.summary())}</p>{tables}</div>'
+
+
+def ledger(rig=None, *, evidence=None, progress=False):
+    """Compute the ledger.
+
+    Parameters
+    ----------
+    rig : RigParameters, optional
+        By default the paper's, or that of the evidence.
+    evidence : Evidence, optional
+        The tests, where they were run before; by default they are run now, the sine tests every 2 Hz.
+    progress : bool or callable
+        Of the random test and the sine tests, where ``evidence`` is not given.
+
+    Returns
+    -------
+    Ledger
+
+    Raises
+    ------
+    ValueError
+        If the evidence is of another rig.
+    """
+    if evidence is None:
+        evidence = Evidence(RigParameters() if rig is None else rig, progress=progress)
+    elif rig is not None and rig != evidence.rig:
+        raise ValueError(f"evidence is of {evidence.rig!r}; expected evidence of {rig!r}")
+    return Ledger(tuple(_compute(entry, evidence) for entry in ROWS), evidence)
+
+
+def _compute(entry, evidence):
+    number = isinstance(entry, Number)
+    difference = percent = None
+    try:
+        found = entry.compute(evidence)
+    except ValueError as error:  # a rig of one's own may have no equilibrium, or fly apart
+        agrees, computed = "no", f"could not be computed: {error}"
+    else:
+        if number:
+            computed, wanted = float(found), float(entry.printed)
+            difference, percent = computed - wanted, 100 * (computed / wanted - 1)
+            agrees = _agreement(entry.printed, computed)
+        else:
+            agrees, computed = found
+    cause = "" if agrees == "yes" else _cause(entry, evidence)
+    item, unit, printed = (entry.item, entry.unit, entry.printed) if number else (entry.claim, "", "")
+    kind = "number" if number else "claim"
+    return LedgerRow(entry.section, item, kind, unit, printed, computed, difference, percent, agrees, cause)
+
+
+def _cause(entry, evidence):
+    if evidence.rig != PAPER_RIG:
+        return OTHER_RIG
+    return entry.cause(evidence) if callable(entry.cause) else entry.cause
+
+
+def _agreement(printed, computed):
+    half = Decimal(printed).as_tuple().exponent
+    if abs(computed - float(printed)) <= 0.5 * 10.0**half * (1 + 1e-9):
+        return "yes"
+    return "close" if abs(computed / float(printed) - 1) <= CLOSE else "no"
+
+
+def _decimals(row):
+    return max(0, -Decimal(row.printed).as_tuple().exponent)
+
+
+def _table(section, rows, kind):
+    if not rows:
+        return ""
+    if kind == "number":
+        heads = ("quantity", "printed", "computed", "difference", "%", "agrees", "cause")
+        title = f"{section}: numbers"
+    else:
+        heads = ("claim", "what is found", "holds", "remark")
+        title = f"{section}: claims"
+    head = "".join(f'<th scope="col">{text}</th>' for text in heads)
+    body = "".join(_line(row) for row in rows)
+    return f"<table><caption>{escape(title)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _line(row):
+    unit = f" ({row.unit})" if row.unit else ""
+    cells = [f'<th scope="row">{escape(row.item + unit)}</th>']
+    if row.kind == "number":
+        difference = ("", "") if row.difference is None else (f"{row.difference:+.2g}", f"{row.percent:+.2g}")
+        cells += [f'<td class="number">{escape(text)}</td>' for text in (row.printed, row.shown, *difference)]
+    else:
+        cells.append(f"<td>{escape(row.shown)}</td>")
+    cells += [f"<td>{row.agrees}</td>", f"<td>{escape(row.cause)}</td>"]
+    return f'<tr class="{row.agrees}">{"".join(cells)}</tr>'
