@@ -7,7 +7,7 @@ from ...parameters import RigParameters
 
 PAPERS_RIG = RigParameters()
 
-_STYLE = {"description_width": "155px"}
+_STYLE = {"description_width": "172px"}
 _LAYOUT = {"width": "370px"}
 
 
@@ -21,10 +21,8 @@ def slider(description, value, low, high, step, digits, *, continuous=True):
 
 
 def choice(description, options, value):
-    """`ToggleButtons` in the same column as the sliders; ``options`` are pairs of text and value."""
-    return ipywidgets.ToggleButtons(
-        options=options, value=value, description=description, style=_STYLE | {"button_width": "auto"}, layout=_LAYOUT
-    )
+    """`Dropdown` in the same column as the sliders; ``options`` are pairs of text and value."""
+    return ipywidgets.Dropdown(options=options, value=value, description=description, style=_STYLE, layout=_LAYOUT)
 
 
 def force_slider(force):

@@ -110,7 +110,7 @@ def _with_noise(record, share, seed):
 
 def _words(result, rig, rms, noise):
     modes = " and ".join(f"{f:.4g} Hz" for f in result.modes.frequency)
-    table = result.table().drop(columns="meaning")
+    table = result.table().drop(columns="meaning").rename_axis(None)
     table["error (%)"] = table["error (%)"].map("{:.2g}".format)
     table = table.to_html(float_format="{:.5g}".format, border=0)
     return (

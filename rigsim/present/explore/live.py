@@ -14,7 +14,11 @@ from ..figures.style import style
 _SHARPNESS = 2  # pixels of the picture a pixel of the page
 _PIXELS_PER_INCH = 100  # of the page
 _STALE = "rigsim-stale"
-_STALE_LOOK = f"<style>.{_STALE} {{opacity: 0.35}}</style>"
+_LOOK = f"""<style>
+.{_STALE} {{opacity: 0.35}}
+.rigsim-panel [role] {{line-height: 1.5}}
+.rigsim-panel :is(td, th) {{padding: 0 0.6em; text-align: right}}
+</style>"""
 
 
 class LivePanel(ipywidgets.VBox):
@@ -61,7 +65,8 @@ class LivePanel(ipywidgets.VBox):
 
         width, height = (f"{inches * _PIXELS_PER_INCH:.0f}px" for inches in figure.get_size_inches())
         fixed = {"width": width, "height": height, "max_width": "100%", "object_fit": "contain", "flex": "0 0 auto"}
-        self.image = ipywidgets.Image(format="png", layout=fixed, tooltip=figure.alt)
+        # Without a tooltip: JupyterLab's view of an image fails on one. What is seen is said by the words below it.
+        self.image = ipywidgets.Image(format="png", layout=fixed)
         self.message = ipywidgets.HTML(layout={"max_width": width})
         self.reset = ipywidgets.Button(
             description=reset_label, tooltip="Set every control back", layout={"width": "auto"}
@@ -75,7 +80,8 @@ class LivePanel(ipywidgets.VBox):
         top = ipywidgets.Box(
             list(self.controls.values()), layout={"flex_flow": "row wrap", "max_width": width, "overflow": "visible"}
         )
-        super().__init__([top, ipywidgets.HBox(buttons), self.image, self.message])
+        look = ipywidgets.HTML(_LOOK, layout={"display": "none"})
+        super().__init__([look, top, ipywidgets.HBox(buttons), self.image, self.message])
         self.add_class("rigsim-panel")
 
         for control in self.controls.values():
@@ -125,7 +131,7 @@ class LivePanel(ipywidgets.VBox):
             words = draw()
         except ValueError as error:
             self.message.value = (
-                f'{_STALE_LOOK}<p role="alert"><b>Not possible:</b> {escape(str(error))}. '
+                f'<p role="alert"><b>Not possible:</b> {escape(str(error))}. '
                 "The picture is that of the last settings which were.</p>"
             )
             self.image.add_class(_STALE)
