@@ -8,7 +8,7 @@ ones, so that l = sqrt(r^2 + hidden^2) over the in-plane vector r between the pi
 energy is the sum of k (l - d0)^2/2. All forces, tangents and dampers are gradients of these l.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -256,7 +256,7 @@ def linear_modes(parameters):
     Returns
     -------
     Modes
-        Named "frame", "axial", "bounce" and "rocking".
+        Shapes over (xs, X, Y, tilt); named "frame", "axial", "bounce" and "rocking" by the motion of P.
 
     Raises
     ------
@@ -268,7 +268,13 @@ def linear_modes(parameters):
     stiffness, damping = np.empty((4, 4)), np.empty((4, 4))
     tangent_stiffness(q, rigs[0], wires[0], stiffness)
     damping_matrix(q, rigs[0], wires[0], damping)
-    return modes_of(mass_matrix(parameters), damping, stiffness, names=COORDINATES)
+    # Named as seen from P: a pendulum about P rocks, however far off the centre of mass lies.
+    about_P = np.eye(4)
+    about_P[1:3, 3] = parameters.LG * np.array([-np.sin(q[3]), np.cos(q[3])])
+    matrices = (about_P.T @ matrix @ about_P for matrix in (mass_matrix(parameters), damping, stiffness))
+    modes = modes_of(*matrices, names=COORDINATES)
+    shape = modes.shape @ about_P.T
+    return replace(modes, shape=shape / np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1))
 
 
 def longest_step(parameters):
