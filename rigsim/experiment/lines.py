@@ -2,6 +2,8 @@
 
 import numba
 import numpy as np
+import scipy.fft
+import scipy.linalg
 import scipy.optimize
 
 
@@ -32,11 +34,15 @@ def fit_sines(time, signals, frequencies):
     omega = np.concatenate([[0.0], 2 * np.pi * np.asarray(frequencies, dtype=float)])  # the mean is a line at zero
     spacing = (time[-1] - time[0]) / (len(time) - 1)
     gram = _gram(time[0], spacing, len(time), omega)
+    # A trace of ridge, which the refinement takes out again, keeps sines that the time cannot tell apart harmless.
+    gram[np.diag_indices_from(gram)] += 1e-12 * len(time)
+    factor = scipy.linalg.cho_factor(gram, check_finite=False)
     residual = np.array(signals)
     total = 0.0
     for _ in range(2):
         sums = _project(time[0], spacing, residual, omega)
-        solution = np.linalg.solve(gram, np.concatenate([sums.real, sums.imag[1:]]))
+        right = np.concatenate([sums.real, sums.imag[1:]])
+        solution = scipy.linalg.cho_solve(factor, right, check_finite=False)
         amplitudes = solution[: len(omega)] - 1j * np.concatenate(
             [np.zeros_like(sums.real[:1]), solution[len(omega) :]]
         )
@@ -112,9 +118,9 @@ def strongest_line(time, signal, band):
             2 * abs(_project(0.0, time[1] - time[0], weighted[:, None], np.array([2 * np.pi * f]))[0, 0]) / window.sum()
         )
 
-    spacing = 1 / (8 * len(time) * (time[1] - time[0]))
-    frequency = np.arange(8 * len(time) // 2 + 1) * spacing
-    spectrum = np.abs(np.fft.rfft(weighted, 8 * len(time)))[: len(frequency)]
+    size = scipy.fft.next_fast_len(8 * len(time), real=True)
+    frequency = np.fft.rfftfreq(size, time[1] - time[0])
+    spacing, spectrum = frequency[1], np.abs(np.fft.rfft(weighted, size))
     inside = (frequency > band[0]) & (frequency < band[1])
     if not inside.any():
         return 0.5 * (band[0] + band[1]), 0.0
