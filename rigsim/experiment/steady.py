@@ -57,7 +57,7 @@ def read_window(time, displacements, f):
     distortion = np.abs(lines[1:]).max(axis=0) / np.abs(fundamental)
     z, left = abs(fundamental[2]), residual[:, 2]
     below, stray = (strongest_line(time, left, (_LOWEST, top)) for top in (f, harmonics[-1]))
-    parts = _subharmonic_parts(time, signals[:, 2], f) if below[1] > STRAY * z else 1
+    parts = _subharmonic_parts(time, signals[:, 2], f, below[0]) if below[1] > STRAY * z else 1
     drift = _drift(time, signals[:, 2:], f, whole, harmonics, parts)
     told = f"z drifts by {drift:.2g} between half windows"
     steady = drift < DRIFT
@@ -76,9 +76,13 @@ def read_window(time, displacements, f):
     return fundamental, distortion, (below[1] / z, f / below[0]), drift, verdict
 
 
-def _subharmonic_parts(time, z, f):
-    """Smallest n whose lines at multiples of f/n leave next to nothing of z, or 1."""
+def _subharmonic_parts(time, z, f, below):
+    """Smallest n whose lines at multiples of f/n, one of them near ``below``, leave next to nothing of z, or 1."""
     for n in (2, 3, 4, 5):
+        # The dear fit is spared where the line lies further from every multiple than the window can tell.
+        off = below * n / f - round(below * n / f)
+        if abs(off) * f / n > 1 / (time[-1] - time[0]):
+            continue
         # Over whole periods of the motion, and together: the part line can be the larger one.
         inside = time > time[-1] - (1 - 1e-9) * np.floor((time[-1] - time[0]) * f / n * (1 + 1e-9)) * n / f
         if not inside.any():
