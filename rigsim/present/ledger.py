@@ -4,14 +4,21 @@ from dataclasses import dataclass
 from decimal import Decimal
 from html import escape
 
+from .. import checks
 from ..parameters import RigParameters
 from ..results import Result
 from .evidence import Evidence
 from .ledger_rows import OTHER_RIG, PAPER_RIG, ROWS, Number
 
 CLOSE = 1e-3  # relative difference still called close, beyond the printed digits
+_KEY = (
+    "A number agrees (yes) where it rounds to the printed digits, and is close within 0.1 %. A claim holds, holds "
+    "partly, or does not. Branches are called low, middle and high, by the size of z, where theory has three "
+    "solutions, and only where it has one."
+)
+_NUMERIC = ' class="number"'
 _STYLE = (
-    ".rigsim-ledger table{width:100%;margin:0 0 1em}"
+    ".rigsim-ledger table{width:100%;min-width:44em;table-layout:fixed;margin:0 0 1em}"
     ".rigsim-ledger caption{text-align:left;font-weight:600;padding:.6em 0 .2em}"
     ".rigsim-ledger th,.rigsim-ledger td{text-align:left;vertical-align:top;white-space:normal}"
     ".rigsim-ledger .number{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}"
@@ -90,6 +97,18 @@ class Ledger(Result):
         claims = ", ".join(f"{self.count('claim', word)} {word}" for word in ("yes", "partly", "no"))
         return f"Ledger of {len(self.rows)} rows. Numbers that agree: {numbers}. Claims that hold: {claims}."
 
+    def only(self, *sections):
+        """The `Ledger` of these sections alone.
+
+        Raises
+        ------
+        ValueError
+            If there is no such section.
+        """
+        for section in sections:
+            checks.one_of("section", section, tuple(dict.fromkeys(row.section for row in self.rows)))
+        return Ledger(tuple(row for row in self.rows if row.section in sections), self.evidence)
+
     def row(self, section, item):
         """The one row of this section and item.
 
@@ -118,7 +137,8 @@ class Ledger(Result):
             for section in sections
             for kind in ("number", "claim")
         )
-        return f'<div class="rigsim-ledger"><style>{_STYLE}</style><p>{escape(self.summary())}</p>{tables}</div>'
+        words = f"<p>{escape(self.summary())}</p><p>{_KEY}</p>"
+        return f'<div class="rigsim-ledger"><style>{_STYLE}</style>{words}{tables}</div>'
 
 
 def ledger(rig=None, *, evidence=None, progress=False):
@@ -190,23 +210,37 @@ def _table(section, rows, kind):
     if not rows:
         return ""
     if kind == "number":
-        heads = ("quantity", "printed", "computed", "difference", "%", "agrees", "cause")
+        heads = {"quantity": 23, "printed": 10, "computed": 11, "difference": 11, "%": 8, "agrees": 8, "cause": 29}
         title = f"{section}: numbers"
     else:
-        heads = ("claim", "what is found", "holds", "remark")
+        heads = {"claim": 29, "what is found": 35, "holds": 8, "remark": 28}
         title = f"{section}: claims"
-    head = "".join(f'<th scope="col">{text}</th>' for text in heads)
+    widths = "".join(f'<col style="width:{share}%">' for share in heads.values())
+    numeric = ("printed", "computed", "difference", "%")
+    head = "".join(f'<th scope="col"{_NUMERIC if text in numeric else ""}>{text}</th>' for text in heads)
     body = "".join(_line(row) for row in rows)
-    return f"<table><caption>{escape(title)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return (
+        f"<table><caption>{escape(title)}</caption><colgroup>{widths}</colgroup>"
+        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    )
 
 
 def _line(row):
     unit = f" ({row.unit})" if row.unit else ""
     cells = [f'<th scope="row">{escape(row.item + unit)}</th>']
     if row.kind == "number":
-        difference = ("", "") if row.difference is None else (f"{row.difference:+.2g}", f"{row.percent:+.2g}")
-        cells += [f'<td class="number">{escape(text)}</td>' for text in (row.printed, row.shown, *difference)]
+        texts = (row.printed, row.shown, *_difference(row))
+        cells += [f"<td{_NUMERIC}>{escape(text)}</td>" for text in texts]
     else:
         cells.append(f"<td>{escape(row.shown)}</td>")
     cells += [f"<td>{row.agrees}</td>", f"<td>{escape(row.cause)}</td>"]
     return f'<tr class="{row.agrees}">{"".join(cells)}</tr>'
+
+
+def _difference(row):
+    """Absolute and relative difference as texts; 0 where it is only rounding."""
+    if row.difference is None:
+        return "", ""
+    if abs(row.percent) < 1e-10:
+        return "0", "0"
+    return f"{row.difference:+.2g}", f"{row.percent:+.2g}"
