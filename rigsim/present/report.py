@@ -36,6 +36,8 @@ from .svg import unique_ids
 _WORKERS = 2
 _CELL_TIMEOUT = 900  # s; a cell that takes longer hangs
 _NUMBER = re.compile(r"(?:nan|[-+\u2212]?[\d.][\d.,e+\u2212-]*(?:\s*%|j)?)?", re.IGNORECASE)
+_SHORT = 32  # characters that a table's cell keeps on one line
+_TALL = 100  # rows beyond which a table scrolls in a box of its own
 _PACKAGES = ("rigsim", "numpy", "scipy", "pymunk", "numba", "matplotlib", "ipywidgets", "jupyterlab")
 _WIDGET = "application/vnd.jupyter.widget-view+json"
 _WIDGET_NOTE = '<p class="note">An interactive panel stands here when the notebook is open: live in JupyterLab.</p>'
@@ -247,7 +249,7 @@ class _Document:
     def accessible_tables(self, html):
         """Name the scope of header cells, and let a wide table scroll in a box of its own.
 
-        Columns of numbers are marked, to be set flush right.
+        Columns of numbers are marked, to be set flush right, and short words, to be kept on one line; a table of very many rows is marked to scroll, too.
         """
         if "<table" not in html:
             return html
@@ -266,8 +268,11 @@ class _Document:
                 if all(map(_NUMBER.fullmatch, body)) and any(body):
                     for cell in cells:
                         cell["class"] = "number"
+            for cell in table.find_all(["th", "td"], class_=False):
+                if len(cell.get_text(strip=True)) <= _SHORT:
+                    cell["class"] = "short"
             table.attrs.pop("border", None)
-            box = soup.new_tag("div", attrs={"class": "table", "role": "region"})
+            box = soup.new_tag("div", attrs={"class": "table tall" if len(rows) > _TALL else "table", "role": "region"})
             box["aria-label"] = f"Table {self.tables}"
             table.wrap(box)
         return str(soup)

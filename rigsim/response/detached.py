@@ -19,7 +19,7 @@ from .levels import LOWER, UPPER, crossing, crossings, levels
 _FOLD_NAMES = {LOWER: "lower", UPPER: "upper"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fold:
     """A frequency at which two solutions merge.
 
@@ -39,8 +39,11 @@ class Fold:
     mass: complex
     relative: complex
 
+    def __repr__(self):
+        return f"Fold({self.kind}, {self.frequency:.4f} Hz, |z| = {1e3 * abs(self.relative):.4g} mm)"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class DetachedCurve:
     """A detached resonance curve, "inner" or "outer", between its two folds (Hz)."""
 
@@ -48,8 +51,11 @@ class DetachedCurve:
     low: float
     high: float
 
+    def __repr__(self):
+        return f"DetachedCurve({self.kind}, {self.low:.4f} to {self.high:.4f} Hz)"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class ForceEvent:
     """A force at which the list of intervals with three solutions changes.
 
@@ -71,6 +77,9 @@ class ForceEvent:
     frequency: float
     before: tuple
     after: tuple
+
+    def __repr__(self):
+        return f"ForceEvent({self.kind}, {self.force:.5g} N, {self.frequency:.4f} Hz)"
 
 
 def interval_kind(left, right):
