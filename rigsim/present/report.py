@@ -249,7 +249,8 @@ class _Document:
     def accessible_tables(self, html):
         """Name the scope of header cells, and let a wide table scroll in a box of its own.
 
-        Columns of numbers are marked, to be set flush right, and short words, to be kept on one line; a table of very many rows is marked to scroll, too.
+        Columns of numbers are marked, to be set flush right, and short words, to be kept on one line. A table of very
+        many rows is marked to scroll, too.
         """
         if "<table" not in html:
             return html
