@@ -47,18 +47,20 @@ def read_window(time, displacements, f):
     verdict : tuple of (Status, str)
         And the reason in words and figures.
     """
-    whole = np.floor((time[-1] - time[0]) * f * (1 + 1e-9))  # periods
-    inside = time > time[-1] - (1 - 1e-9) * whole / f
-    time = time[inside]
-    signals = np.column_stack([displacements[inside], displacements[inside, 0] - displacements[inside, 1]])
-    harmonics = f * np.arange(1, HARMONICS + 1)
-    lines, residual = fit_sines(time, signals, harmonics)
-    fundamental = lines[0]
-    distortion = np.abs(lines[1:]).max(axis=0) / np.abs(fundamental)
-    z, left = abs(fundamental[2]), residual[:, 2]
-    below, stray = (strongest_line(time, left, (_LOWEST, top)) for top in (f, harmonics[-1]))
-    parts = _subharmonic_parts(time, signals[:, 2], f, below[0]) if below[1] > STRAY * z else 1
-    drift = _drift(time, signals[:, 2:], f, whole, harmonics, parts)
+    signals = np.column_stack([displacements, displacements[:, 0] - displacements[:, 1]])
+    window, lines, left = _fit_period(time, signals, f, 1)
+    below, stray = (strongest_line(window, left, (_LOWEST, top)) for top in (f, HARMONICS * f))
+    parts = 1
+    if below[1] > STRAY * abs(lines[0, 2]):
+        parts = _subharmonic_parts(time, signals, f, below[0])
+    if parts > 1:
+        _, lines, _ = _fit_period(time, signals, f, parts)
+        strongest = np.abs(lines[: parts - 1, 2]).argmax()
+        below = (strongest + 1) * f / parts, abs(lines[strongest, 2])
+    harmonics = np.abs(lines[parts - 1 :: parts])
+    fundamental, distortion = lines[parts - 1], harmonics[1:].max(axis=0) / harmonics[0]
+    z = harmonics[0, 2]
+    drift = _drift(window, signals[-len(window) :, 2:], f, parts)
     told = f"z drifts by {drift:.2g} between half windows"
     steady = drift < DRIFT
     if parts > 1 and steady:
@@ -76,19 +78,25 @@ def read_window(time, displacements, f):
     return fundamental, distortion, (below[1] / z, f / below[0]), drift, verdict
 
 
-def _subharmonic_parts(time, z, f, below):
+def _fit_period(time, signals, f, parts):
+    """Lines at multiples of f/parts over the last whole periods of parts/f: time, lines, and what they leave of z."""
+    whole = np.floor((time[-1] - time[0]) * f / parts * (1 + 1e-9)) * parts / f
+    inside = time > time[-1] - (1 - 1e-9) * whole
+    lines, left = fit_sines(time[inside], signals[inside], f / parts * np.arange(1, HARMONICS * parts + 1))
+    return time[inside], lines, left[:, 2]
+
+
+def _subharmonic_parts(time, signals, f, below):
     """Smallest n whose lines at multiples of f/n, one of them near ``below``, leave next to nothing of z, or 1."""
+    length = time[-1] - time[0]
     for n in (2, 3, 4, 5):
         # The dear fit is spared where the line lies further from every multiple than the window can tell.
         off = below * n / f - round(below * n / f)
-        if abs(off) * f / n > 1 / (time[-1] - time[0]):
+        if abs(off) * f / n > 1 / length or length * f < n:
             continue
-        # Over whole periods of the motion, and together: the part line can be the larger one.
-        inside = time > time[-1] - (1 - 1e-9) * np.floor((time[-1] - time[0]) * f / n * (1 + 1e-9)) * n / f
-        if not inside.any():
-            continue
-        lines, left = fit_sines(time[inside], z[inside, None], f / n * np.arange(1, HARMONICS * n + 1))
-        if strongest_line(time[inside], left[:, 0], (_LOWEST, HARMONICS * f))[1] <= STRAY * np.abs(lines).max():
+        # Fitted together with the line at f, since the part line can be the larger one.
+        window, lines, left = _fit_period(time, signals, f, n)
+        if strongest_line(window, left, (_LOWEST, HARMONICS * f))[1] <= STRAY * np.abs(lines[:, 2]).max():
             return n
     return 1
 
@@ -102,14 +110,14 @@ def _decays(time, left, frequency):
     return last < 0.9 * first
 
 
-def _drift(time, signal, f, whole, harmonics, parts):
+def _drift(time, z, f, parts):
     """Change of the line at f between the first and the last whole periods of half the window, over their mean."""
-    half = np.floor(whole / 2) / f
-    between = [f / parts * k for k in range(1, 3 * parts) if k % parts]
-    lines = np.concatenate([harmonics, between])
-    first, _ = fit_sines(*_part(time, signal, time[0], half), lines)
-    last, _ = fit_sines(*_part(time, signal, time[-1] - half, half), lines)
-    return float(abs(last[0, 0] - first[0, 0]) / abs(first[0, 0] + last[0, 0]) * 2)
+    half = np.floor(np.floor((time[-1] - time[0]) * f * (1 + 1e-3)) / 2) / f
+    multiples = f / parts * np.arange(1, HARMONICS * parts + 1)
+    lines = [k for k in multiples if k < 3 * f or round(k / f * parts) % parts == 0]
+    at = lines.index(multiples[parts - 1])
+    first, last = (fit_sines(*_part(time, z, begin, half), lines)[0][at, 0] for begin in (time[0], time[-1] - half))
+    return float(abs(last - first) / abs(first + last) * 2)
 
 
 def _part(time, signal, begin, length):

@@ -41,12 +41,11 @@ def test_a_subharmonic_motion(order, ratio, f):
     part = line(f / order, 2e-3 * ratio * 1j) + line((order + 1) * f / order, 5e-4 * ratio)
     fundamental, _, below, drift, (status, message) = read(part, f=f)
     assert status == Status.SUBHARMONIC == "subharmonic"
-    # Where the window holds no whole number of the longer periods, they leak into each other.
-    assert below[0] == pytest.approx(ratio, rel=0.05)
-    assert below[1] == pytest.approx(order, rel=0.01)
+    assert below[0] == pytest.approx(ratio, rel=1e-6)
+    assert below[1] == pytest.approx(order)
     assert f"period {order}/f" in message
     assert drift < 1e-3
-    assert abs(fundamental[2]) == pytest.approx(2e-3, rel=0.03 * ratio)
+    assert abs(fundamental[2]) == pytest.approx(2e-3, rel=1e-6)
 
 
 def test_a_transient_that_dies_is_still_drifting():
