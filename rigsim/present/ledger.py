@@ -137,7 +137,7 @@ class Ledger(Result):
             for section in sections
             for kind in ("number", "claim")
         )
-        words = f"<p>{escape(self.summary())}</p><p>{_KEY}</p>"
+        words = f"<p>{escape(self.summary())}</p><p>{_KEY}</p>" if len(self.rows) == len(ROWS) else ""
         return f'<div class="rigsim-ledger"><style>{_STYLE}</style>{words}{tables}</div>'
 
 
@@ -210,7 +210,7 @@ def _table(section, rows, kind):
     if not rows:
         return ""
     if kind == "number":
-        heads = {"quantity": 23, "printed": 10, "computed": 11, "difference": 11, "%": 8, "agrees": 8, "cause": 29}
+        heads = {"quantity": 23, "printed": 10, "computed": 11, "difference": 12, "%": 9, "agrees": 9, "cause": 26}
         title = f"{section}: numbers"
     else:
         heads = {"claim": 29, "what is found": 35, "holds": 8, "remark": 28}
@@ -243,4 +243,5 @@ def _difference(row):
         return "", ""
     if abs(row.percent) < 1e-10:
         return "0", "0"
-    return f"{row.difference:+.2g}", f"{row.percent:+.2g}"
+    percent = f"{row.percent:+.3f}" if abs(row.percent) >= 5e-4 else "0.000"
+    return f"{row.difference:+.2g}", percent

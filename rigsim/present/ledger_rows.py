@@ -545,6 +545,9 @@ def _single_set_misses(e):
 
 
 _THIRD = "the cubic stiffness makes a third harmonic that grows with the amplitude of z, so on the higher branch"
+_ABSORBED = (
+    "above 60 Hz the suspended mass works as an absorber: the shaker's line at f is small, its harmonics are not"
+)
 _MODE_NAMES = {
     "fn1": "natural frequency of mode 1", "zeta1": "damping ratio of mode 1",
     "fn2": "natural frequency of mode 2", "zeta2": "damping ratio of mode 2",
@@ -652,7 +655,7 @@ ROWS = (
     Claim("Fig. 6", "rig and analytic solution agree where there is one", lambda e: _agreement(e, ["only"])),
     Claim("Fig. 6", "every stable solution can be reached", _reached,
           "stability about the single-term orbit is not that of the rig's own motion"),
-    Claim("Section 4", "harmonics of the shaker xs below 5 %", lambda e: _harmonics(e, "shaker"), _THIRD),
+    Claim("Section 4", "harmonics of the shaker xs below 5 %", lambda e: _harmonics(e, "shaker"), _ABSORBED),
     Claim("Section 4", "harmonics of the mass x below 5 %", lambda e: _harmonics(e, "mass"), _THIRD),
     Claim("Section 4", "harmonics of the relative displacement z below 5 %", lambda e: _harmonics(e, "z"), _THIRD),
     Claim("Section 4", "no lower harmonics", _lower_harmonics,
