@@ -49,7 +49,7 @@ class Evidence:
 
     rig: RigParameters = field(default_factory=RigParameters)
     force: float = 3.18
-    frequency: np.ndarray = field(default_factory=lambda: np.arange(10.0, 81.0, 2.0))
+    frequency: np.ndarray = field(default_factory=lambda: np.arange(10.0, 81.0))
     rms: float = 1.115
     duration: float = 100.0
     sample_rate: float = 2000.0

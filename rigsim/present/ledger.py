@@ -149,7 +149,7 @@ def ledger(rig=None, *, evidence=None, progress=False):
     rig : RigParameters, optional
         By default the paper's, or that of the evidence.
     evidence : Evidence, optional
-        The tests, where they were run before; by default they are run now, the sine tests every 2 Hz.
+        The tests, where they were run before; by default they are run now, the sine tests every hertz.
     progress : bool or callable
         Of the random test and the sine tests, where ``evidence`` is not given.
 
