@@ -41,6 +41,8 @@ _HOME = {
     "virtual_experiment": "present.overlay",
     "overlay": "present.overlay",
     "Overlay": "present.overlay",
+    "ledger": "present.ledger",
+    "Ledger": "present.ledger",
     "response_slider": "present.response_slider",
     "force_scenario_figure": "present.figures.response",
     "rig_figure": "present.figures.rig",
