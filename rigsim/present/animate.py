@@ -23,9 +23,16 @@ _SHAPES = (
     ("G", "dot", "centre of mass", BLUE),
 )
 
+# What may stand beside the drawing: label, title, and the label's unit over the record's.
+_BESIDE = {
+    "tilt": ("tilt (°)", "Tilt as recorded", np.degrees(1.0)),
+    "relative": ("z (mm)", "Relative displacement as recorded", 1e3),
+}
 
-def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggeration=1.0, *, seconds=6.0, title=None):
-    """The rig as it moved between two instants of a record, with its tilt over time beside it.
+
+def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggeration=1.0, *, seconds=6.0, title=None,
+                  beside="tilt"):  # fmt: skip
+    """The rig as it moved between two instants of a record, with its tilt, or z, over time beside it.
 
     Frame and mass are drawn where the record has them, to scale. P's height is not recorded and is drawn as zero: in
     a sound rig it moves by micrometres.
@@ -44,6 +51,8 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
     seconds : float
         How long one pass lasts on the screen.
     title : str, optional
+    beside : {"tilt", "relative"}
+        What is drawn over time.
 
     Returns
     -------
@@ -52,20 +61,24 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
     Raises
     ------
     ValueError
-        If the parameters are not a rig's, the record has no tilt, or the instants lie outside it.
+        If the parameters are not a rig's, the record has no tilt, the instants lie outside it, or ``beside`` is
+        neither.
     """
     titles = None if title is None else [title]
-    return rigs_animation([parameters], [record], start, stop, frames, exaggeration, seconds=seconds, titles=titles)
+    return rigs_animation(
+        [parameters], [record], start, stop, frames, exaggeration, seconds=seconds, titles=titles, beside=beside
+    )
 
 
-def rigs_animation(rigs, records, start=0.0, stop=None, frames=48, exaggeration=1.0, *, seconds=6.0, titles=None):
-    """Rigs side by side under one slider for time, each above its tilt; see `rig_animation`.
+def rigs_animation(rigs, records, start=0.0, stop=None, frames=48, exaggeration=1.0, *, seconds=6.0, titles=None,
+                   beside="tilt"):  # fmt: skip
+    """Rigs side by side under one slider for time, each above its tilt, or z, on one scale; see `rig_animation`.
 
     Parameters
     ----------
     rigs : sequence of RigParameters, length n
     records : sequence of Record, length n
-    start, stop, frames, exaggeration, seconds
+    start, stop, frames, exaggeration, seconds, beside
         As in `rig_animation`, the same for all.
     titles : sequence of str, optional
         n titles.
@@ -85,6 +98,7 @@ def rigs_animation(rigs, records, start=0.0, stop=None, frames=48, exaggeration=
         if len(given) != len(rigs) or not rigs:
             raise ValueError(f"{name} has {len(given)} elements for {len(rigs)} rigs; expected one a rig, at least one")
     exaggeration = checks.positive("exaggeration", exaggeration)
+    checks.one_of("beside", beside, tuple(_BESIDE))
     motions = [rig_motion(p, record, start, stop, frames) for p, record in zip(rigs, records, strict=True)]
     time = motions[0][0]
     shapes = [
@@ -92,12 +106,12 @@ def rigs_animation(rigs, records, start=0.0, stop=None, frames=48, exaggeration=
         for parts in (rig_parts(p, q, exaggeration) for p, (_, q) in zip(rigs, motions, strict=True))
     ]
     others = [drawing(each, time.size, title) for each, title in zip(shapes[1:], titles[1:], strict=True)]
-    tilts = [_tilt_panel(time, q, record) for (_, q), record in zip(motions, records, strict=True)]
+    histories = _histories(time, records, beside)
     drawn = "drawn to scale" if exaggeration == 1 else f"drawn {exaggeration:g} times as large"
     words = [_words(p, q) for p, (_, q) in zip(rigs, motions, strict=True)]
     sags = " and ".join(f"{1e6 * static_equilibrium(p).sag:.2g} µm" for p in rigs)
     return animate(
-        time, shapes[0], title=titles[0], panels=[*others, *tilts], columns=max(2, len(rigs)), digits=4,
+        time, shapes[0], title=titles[0], panels=[*others, *histories], columns=max(2, len(rigs)), digits=4,
         width=9.5, height=5.2 if len(rigs) == 1 else 8.6, seconds=seconds,
         alt=f"From {1e3 * time[0]:.4g} to {1e3 * time[-1]:.4g} ms, tilt {drawn}. {' '.join(words)}",
         caption=f"Displacements to scale, tilt {drawn}. The height of P is not recorded and drawn as zero; "
@@ -129,13 +143,21 @@ def _position(parameters, coordinates):
     return coordinates[..., 1] - parameters.LG * np.cos(coordinates[..., 3])
 
 
-def _tilt_panel(time, coordinates, record):
-    shown = (record.time >= time[0]) & (record.time <= time[-1])
-    whole = Curve(1e3 * record.time[shown], np.degrees(record.tilt[shown]), "line", color=GREY)
-    moments = [
-        [Curve([1e3 * t], [np.degrees(at[3])], "dot", color=BLUE)] for t, at in zip(time, coordinates, strict=True)
-    ]
-    return Panel(moments, "time (ms)", "tilt (°)", "Tilt as recorded", fixed=(whole,))
+def _histories(time, records, beside):
+    """A panel for each record, all on the same scale, with a dot that moves along."""
+    label, title, scale = _BESIDE[beside]
+    shown = [(record.time >= time[0]) & (record.time <= time[-1]) for record in records]
+    signals = [scale * getattr(record, beside) for record in records]
+    low = min(signal[part].min() for signal, part in zip(signals, shown, strict=True))
+    high = max(signal[part].max() for signal, part in zip(signals, shown, strict=True))
+    margin = 0.05 * (high - low) or 1.0
+    panels = []
+    for record, signal, part in zip(records, signals, shown, strict=True):
+        whole = Curve(1e3 * record.time[part], signal[part], "line", color=GREY)
+        at = np.interp(time, record.time, signal)
+        dots = [[Curve([1e3 * t], [value], "dot", color=BLUE)] for t, value in zip(time, at, strict=True)]
+        panels.append(Panel(dots, "time (ms)", label, title, ylim=(low - margin, high + margin), fixed=(whole,)))
+    return panels
 
 
 def rig_motion(parameters, record, start=0.0, stop=None, frames=48):

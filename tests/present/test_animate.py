@@ -96,6 +96,7 @@ def test_motion_of_a_resting_record_is_rest():
         (lambda record: rig_animation(RIG, record, start=0.1, stop=0.1), "stop = 0.1 s"),
         (lambda record: rig_animation(RIG, record, frames=1), "frames = 1"),
         (lambda record: rig_animation(RIG, record, exaggeration=-2), "exaggeration = -2"),
+        (lambda record: rig_animation(RIG, record, beside="force"), "beside = 'force'"),
         (lambda record: rigs_animation([RIG], [record] * 2), "records has 2 elements for 1 rigs"),
     ],
 )

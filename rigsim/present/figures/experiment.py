@@ -224,8 +224,8 @@ def spectrum_figure(test, indices, highest=4.0):
                 axes.set_xlim(0, highest * f)
             row[0].set_ylabel("z (mm)")
             row[1].set_ylabel("tilt (°)")
-            sets = "one wire set" if each.parameters[i].wire_sets == 1 else "two wire sets"
-            row[0].set_title(f"{f:g} Hz, {sets}, {_start_words(each, each.tap[i])}", loc="left", fontsize=10)
+            rig = f"{f:g} Hz, {_rig_words(each.parameters[i])}, {_start_words(each, each.tap[i])}"
+            row[0].set_title(rig, loc="left", fontsize=10)
             row[1].set_title(str(each.status[i]), loc="left", fontsize=10)
         for column in grid.T:
             peaks = [axes.lines[0].get_ydata().max() for axes in column]
@@ -261,6 +261,11 @@ def amplitude_spectrum(record, signal, f):
     window = np.hanning(part.size + 1)[:-1]
     spectrum = np.fft.rfft((part - part.mean()) * window)
     return np.fft.rfftfreq(part.size, 1 / record.sample_rate), 2 * np.abs(spectrum) / window.sum()
+
+
+def _rig_words(parameters):
+    damped = ", rocking damped" if parameters.rocking_damping else ""
+    return ("one wire set" if parameters.wire_sets == 1 else "two wire sets") + damped
 
 
 def _start_words(test, tap):
