@@ -31,6 +31,8 @@ _HOME = {
     "Fold": "response.detached",
     "DetachedCurve": "response.detached",
     "ForceEvent": "response.detached",
+    "classify": "response.classify",
+    "existence_forces": "response.classify",
     "Record": "experiment.record",
     "simulate": "experiment.random_test",
     "random_test": "experiment.random_test",

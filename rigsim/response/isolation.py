@@ -41,9 +41,9 @@ def positive_roots(coefficients):
     common = math.lcm(*binomials)
     bernstein = [value * (common // binomial) for value, binomial in zip(values, binomials, strict=True)]
     rounded = _double_double(bernstein)
-    small, certain = _isolate(rounded)
+    small, certain = isolate(rounded, 0.0)
     if certain:
-        large, certain = _isolate(rounded[::-1].copy())
+        large, certain = isolate(rounded[::-1].copy(), 0.0)
     if not certain:
         return _exact_roots(bernstein)
     # The second run is over 1 - t, so that both ends of the half-line are resolved to full relative precision.
@@ -112,8 +112,11 @@ def bernstein_root(b):
 
 
 @njit(cache=True)
-def _isolate(bernstein):
-    """Roots t in (0, 1/2], ascending, and whether every sign was certain."""
+def isolate(bernstein, error):
+    """Roots t in (0, 1/2], ascending, of a Bernstein polynomial known to within ``error``, and whether all is certain.
+
+    The coefficients (n, 2) are high and low parts, on top of whose error comes their own rounding.
+    """
     n = bernstein.shape[0]
     unit = n * 2.0**-103  # rounding of one halving, relative to the largest coefficient
     stack = np.empty((400, n, 2))
@@ -122,7 +125,7 @@ def _isolate(bernstein):
     first, second = np.empty((n, 2)), np.empty((n, 2))
     _halve(bernstein, first, second)
     stack[0] = first
-    errors[0] = 2.0 * unit * np.abs(bernstein).max()
+    errors[0] = error + 2.0 * unit * np.abs(bernstein).max()
     lefts[0], widths[0] = 0.0, 0.5
     top = 1
     for _ in range(_NODES):

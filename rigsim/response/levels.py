@@ -13,8 +13,9 @@ Why no breakpoint is missed. Write P = e r, v = e s/(2 Omega) = zeta e + mu zeta
   resultant vanishes: 4 s {s (L s + 3 s')^2 + (3 r' + L r) [r (L s + 2 s') + s r']} = 0. Cleared of denominators,
   of s > 0 and of a factor e^2 that divides it, the bracket is a polynomial of degree 8 in X.
 
-Neither polynomial knows gamma. Their coefficients are computed exactly, as integers, from the doubles of the
-parameters, and `rigsim.response.isolation` finds all their positive roots. A root that belongs to no extremum (its
+Neither polynomial knows gamma. Their coefficients are enclosed in double-double (`rigsim.response.enclosures`), and
+`rigsim.response.isolation` finds all their positive roots; where rounding leaves a sign open, the coefficients are
+computed exactly, as integers, from the doubles of the parameters. A root that belongs to no extremum (its
 common U is the other level's, or lies outside the windows) does no harm: a breakpoint too many leaves the levels
 monotonic in between.
 """
@@ -25,6 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from . import enclosures
 from .cubic import dynamic_stiffness, fold_levels
 from .isolation import positive_roots
 
@@ -42,8 +44,8 @@ class Levels:
     X : (k,) array
         Breakpoints, ascending; 0 or infinity where a window is open there.
     minus, plus : (k,) array
-        gamma_- and gamma_+ there, equal at the ends of a window.
-    windows : tuple of (int, int)
+        gamma_- and gamma_+ there, equal at the ends of a window; 0 at X = 0, infinite at infinity.
+    windows : (w, 2) array of int
         First and last breakpoint of each window.
     """
 
@@ -51,7 +53,7 @@ class Levels:
     X: np.ndarray
     minus: np.ndarray
     plus: np.ndarray
-    windows: tuple
+    windows: np.ndarray
 
 
 def _product(*factors):
@@ -142,6 +144,63 @@ def _crossing(mu, zeta_s, zeta, Omega0, gamma, kind, left, right, rising):
             left = middle
 
 
+@njit(cache=True)
+def enclosed_breakpoints(mu, zeta_s, zeta, Omega0):
+    """(cusps, extrema, whether they are certain), ascending in X, from enclosed coefficients."""
+    cusp, extremum = enclosures.polynomials(mu, zeta_s, zeta, Omega0)
+    cusps, certain = enclosures.positive_roots(cusp)
+    if not certain:
+        return cusps, cusps, False
+    extrema, certain = enclosures.positive_roots(extremum)
+    return cusps, extrema, certain
+
+
+def exact_breakpoints(mu, zeta_s, zeta, Omega0):
+    """(cusps, extrema), ascending in X, from integer coefficients."""
+    cusp, extremum = polynomials(mu, zeta_s, zeta, Omega0)
+    return positive_roots(cusp), positive_roots(extremum)
+
+
+@njit(cache=True)
+def _level_or_limit(mu, zeta_s, zeta, Omega0, X, kind):
+    return X if X == 0.0 or X == math.inf else level(mu, zeta_s, zeta, Omega0, X, kind)
+
+
+@njit(cache=True)
+def arrange(mu, zeta_s, zeta, Omega0, cusps, extrema):
+    """X, gamma_-, gamma_+ at the breakpoints (k,), and first and last breakpoint of each window (w, 2)."""
+    room = 2 * cusps.size + 2 + extrema.size
+    X, minus, plus = np.empty(room), np.empty(room), np.empty(room)
+    windows = np.empty((cusps.size + 1, 2), dtype=np.int64)
+    used, number, place = 0, 0, 0
+    for i in range(cusps.size + 1):
+        left = cusps[i - 1] if i > 0 else 0.0
+        right = cusps[i] if i < cusps.size else math.inf
+        r, s, _ = dynamic_stiffness(
+            mu, zeta_s, zeta, Omega0, 0.5 * (left + right) if right < math.inf else 1 + 2 * left
+        )
+        if not r < -math.sqrt(3.0) * s:
+            continue
+        while place < extrema.size and extrema[place] <= left:
+            place += 1
+        windows[number, 0] = used
+        X[used] = left
+        minus[used] = plus[used] = _level_or_limit(mu, zeta_s, zeta, Omega0, left, LOWER)  # they meet at a cusp
+        used += 1
+        while place < extrema.size and extrema[place] < right:
+            X[used] = extrema[place]
+            minus[used] = level(mu, zeta_s, zeta, Omega0, extrema[place], UPPER)
+            plus[used] = level(mu, zeta_s, zeta, Omega0, extrema[place], LOWER)
+            used += 1
+            place += 1
+        X[used] = right
+        minus[used] = plus[used] = _level_or_limit(mu, zeta_s, zeta, Omega0, right, LOWER)
+        windows[number, 1] = used
+        used += 1
+        number += 1
+    return X[:used], minus[:used], plus[:used], windows[:number]
+
+
 def levels(group):
     """The `Levels` of a set of non-dimensional parameters (whose gamma plays no part).
 
@@ -153,44 +212,40 @@ def levels(group):
     numbers = group.mu, group.zeta_s, group.zeta, group.Omega0
     if group.zeta_s == 0:
         raise ValueError("cs = 0 N s/m is not allowed here; expected a damped shaker, for else solutions have no bound")
-    cusp, extremum = polynomials(*numbers)
-    cusps, extrema = positive_roots(cusp), positive_roots(extremum)
-    edges = np.concatenate([[0.0], cusps, [math.inf]])
-    X, minus, plus, windows = [], [], [], []
-    for left, right in zip(edges, edges[1:], strict=False):
-        middle = 0.5 * (left + right) if right < math.inf else 1 + 2 * left
-        r, s, _ = dynamic_stiffness(*numbers, middle)
-        if not r < -math.sqrt(3) * s:
-            continue
-        inner = extrema[(extrema > left) & (extrema < right)]
-        ends = [
-            0.0 if edge == 0 else math.inf if edge == math.inf else level(*numbers, edge, LOWER)
-            for edge in (left, right)
-        ]
-        windows.append((len(X), len(X) + inner.size + 1))
-        X += [left, *inner, right]
-        minus += [ends[0], *(level(*numbers, x, UPPER) for x in inner), ends[1]]
-        plus += [ends[0], *(level(*numbers, x, LOWER) for x in inner), ends[1]]
-    return Levels(numbers, np.array(X), np.array(minus), np.array(plus), tuple(windows))
+    cusps, extrema, certain = enclosed_breakpoints(*numbers)
+    if not certain:
+        cusps, extrema = exact_breakpoints(*numbers)
+    return Levels(numbers, *arrange(*numbers, cusps, extrema))
 
 
-def crossings(levels, gamma):
-    """Folds at gamma, ascending in frequency: list of (segment, kind), two of them to an interval of three solutions.
+@njit(cache=True)
+def passed(minus, plus, windows, gamma):
+    """Folds at gamma, ascending in frequency: (n, 2) segments and kinds, two of them to an interval of three solutions.
 
     Segment k lies between breakpoints k and k + 1. At a breakpoint gamma is below both levels, between them, or
     above both; in between each monotonic level is passed at most once. So comparing with the breakpoints decides
     every fold, and no root has to be found.
     """
-    found = []
-    for start, stop in levels.windows:
-        place = [int(gamma > levels.minus[k]) + int(gamma >= levels.plus[k]) for k in range(start, stop + 1)]
-        for k, (one, other) in enumerate(zip(place, place[1:], strict=False), start):
-            up = [UPPER] if one == 0 and other > 0 else []
-            up += [LOWER] if one < 2 and other == 2 else []
-            down = [LOWER] if one == 2 and other < 2 else []
-            down += [UPPER] if one > 0 and other == 0 else []
-            found += [(k, kind) for kind in up + down]
-    return found
+    found = np.empty((2 * minus.size, 2), dtype=np.int64)
+    count = 0
+    for window in range(windows.shape[0]):
+        start, stop = windows[window]
+        before = int(gamma > minus[start]) + int(gamma >= plus[start])
+        for k in range(start, stop):
+            after = int(gamma > minus[k + 1]) + int(gamma >= plus[k + 1])
+            for step in range(before, after):
+                found[count, 0], found[count, 1] = k, UPPER if step == 0 else LOWER
+                count += 1
+            for step in range(before, after, -1):
+                found[count, 0], found[count, 1] = k, LOWER if step == 2 else UPPER
+                count += 1
+            before = after
+    return found[:count]
+
+
+def crossings(levels, gamma):
+    """The folds `passed` at gamma, as a list of (segment, kind)."""
+    return [(segment, kind) for segment, kind in passed(levels.minus, levels.plus, levels.windows, gamma).tolist()]
 
 
 def crossing(levels, gamma, segment, kind):
