@@ -77,6 +77,14 @@ def test_rigs_side_by_side_share_one_slider(records):
     one, two = re.findall(r"its tilt goes from (\S+) to (\S+) degrees", moving.alt)
     assert abs(float(one[0])) > 1 and abs(float(two[0])) < 0.01
     assert "µm" in moving.caption and moving.notes[0].startswith("One wire set: xs ")
+    assert moving.panels[2].ylim == moving.panels[3].ylim, "tilts are compared on one scale"
+
+
+def test_relative_displacement_may_stand_beside(records):
+    panel = rig_animation(RIG, records[1], 0.1, 0.15, 6, beside="relative").panels[1]
+    shown = (records[1].time >= 0.1) & (records[1].time <= 0.15)
+    np.testing.assert_allclose(panel.fixed[0].y, 1e3 * records[1].relative[shown])
+    assert panel.ylabel == "z (mm)" and panel.ylim[0] < panel.fixed[0].y.min() < panel.fixed[0].y.max() < panel.ylim[1]
 
 
 def test_motion_of_a_resting_record_is_rest():
