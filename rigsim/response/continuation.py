@@ -1,0 +1,321 @@
+"""Arc-length continuation of the balance equations, compiled; every step is checked before it is believed.
+
+Lengths are measured relative to where the curve is: steps of the coefficients over their norm, and of Omega over
+Omega, so that neither units nor decades matter. A step along the tangent is corrected by Newton's method in the plane
+across it; it is halved where that does not converge, moves the point far, turns the tangent by more than `_TURN`, or
+changes the orientation, and otherwise the next one is chosen for a turn of `_AIM`. So the curve is never cut short, at
+a fold or anywhere, until steps are lost in rounding, which is then said.
+
+The orientation is the sign of the determinant of the Jacobian bordered by the tangent. It is the same all along a
+curve, and another on the far side of a narrow gap to a neighbouring curve, which no other check sees; so steps
+across such gaps are refused. Only where two curves cross (as asymmetric orbits do the symmetric ones) does it change
+at steps of any size; a change that remains at `_CROSSING` is taken for that, and noted.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from .harmonic_balance import residual_and_jacobian
+
+# Why a curve ended.
+LOW, HIGH, CLOSED, STUCK, FULL = 0, 1, 2, 3, 4
+
+_TURN, _AIM = 0.35, 0.12  # rad, in relative lengths
+_SHORTEST, _CROSSING = 1e-9, 1e-5
+_CONVERGED = 1e-8  # of the last Newton step, whose own error is its square
+
+
+@njit(cache=True)
+def _solve(matrix, right):
+    """Solution of matrix x = right (n, r) in place, by elimination with row exchanges; the determinant's sign."""
+    n, columns = right.shape
+    sign = 1.0
+    for i in range(n):
+        pivot, largest = i, abs(matrix[i, i])
+        for j in range(i + 1, n):
+            if abs(matrix[j, i]) > largest:
+                pivot, largest = j, abs(matrix[j, i])
+        if not largest > 0.0 or not math.isfinite(largest):
+            return 0.0
+        if pivot != i:
+            sign = -sign
+            for k in range(i, n):
+                matrix[i, k], matrix[pivot, k] = matrix[pivot, k], matrix[i, k]
+            for k in range(columns):
+                right[i, k], right[pivot, k] = right[pivot, k], right[i, k]
+        if matrix[i, i] < 0.0:
+            sign = -sign
+        for j in range(i + 1, n):
+            factor = matrix[j, i] / matrix[i, i]
+            if factor != 0.0:
+                for k in range(i + 1, n):
+                    matrix[j, k] -= factor * matrix[i, k]
+                for k in range(columns):
+                    right[j, k] -= factor * right[i, k]
+    for i in range(n - 1, -1, -1):
+        for k in range(columns):
+            total = right[i, k]
+            for j in range(i + 1, n):
+                total -= matrix[i, j] * right[j, k]
+            right[i, k] = total / matrix[i, i]
+    return sign
+
+
+@njit(cache=True)
+def _sizes(x):
+    """Norm of the coefficients, and Omega: the units of relative length at x."""
+    n = x.size - 1
+    total = 0.0
+    for i in range(n):
+        total += x[i] * x[i]
+    return max(math.sqrt(total), 1e-300), x[n]
+
+
+@njit(cache=True)
+def _dot(a, b, sizes):
+    n = a.size - 1
+    total = 0.0
+    for i in range(n):
+        total += a[i] * b[i]
+    return total / sizes[0] ** 2 + a[n] * b[n] / sizes[1] ** 2
+
+
+@njit(cache=True)
+def _plane(tangent, sizes, x):
+    """normal and level of the plane normal . x = level through x across the tangent."""
+    n = x.size
+    normal, level = tangent / sizes[0] ** 2, 0.0
+    normal[n - 1] = tangent[n - 1] / sizes[1] ** 2
+    for i in range(n):
+        level += normal[i] * x[i]
+    return normal, level
+
+
+@njit(cache=True)
+def correct(numbers, law, period, orders, cosine, sine, x, normal, level, iterations, reach):
+    """Newton's method for the orbit on the plane normal . x = level, from x and in place.
+
+    A step longer than ``reach`` (relative) is shortened to it.
+
+    Returns
+    -------
+    tuple of (float, int, (n,) array)
+        The orientation, +1 or -1, or 0 if it did not converge; the steps taken; the tangent with normal . tangent = 1.
+    """
+    n = x.size
+    work, residual = np.empty((4, cosine.shape[1])), np.empty(n - 1)
+    matrix, right = np.empty((n, n)), np.empty((n, 2))
+    step = np.empty(n)
+    for iteration in range(1, iterations + 1):
+        residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, residual, matrix[: n - 1])
+        matrix[n - 1] = normal
+        right[: n - 1, 0] = -residual
+        right[n - 1, 0] = level
+        for i in range(n):
+            right[n - 1, 0] -= normal[i] * x[i]
+        right[: n - 1, 1], right[n - 1, 1] = 0.0, 1.0
+        sign = _solve(matrix, right)
+        if sign == 0.0:
+            return 0.0, iteration, step
+        step[:] = right[:, 0]
+        length = math.sqrt(_dot(step, step, _sizes(x)))
+        if not math.isfinite(length):
+            return 0.0, iteration, step
+        factor = 1.0 if length <= reach else reach / length
+        for i in range(n):
+            x[i] += factor * step[i]
+        if x[n - 1] <= 0.0:
+            return 0.0, iteration, step
+        if length < _CONVERGED:
+            return sign, iteration, right[:, 1].copy()
+    return 0.0, iterations, step
+
+
+@njit(cache=True)
+def correct_at(numbers, law, period, orders, cosine, sine, x, Omega, iterations, reach):
+    """`correct` at a given Omega."""
+    normal = np.zeros(x.size)
+    normal[x.size - 1] = 1.0
+    x[x.size - 1] = Omega
+    return correct(numbers, law, period, orders, cosine, sine, x, normal, Omega, iterations, reach)
+
+
+@njit(cache=True)
+def advance(numbers, law, period, orders, cosine, sine, x, tangent, step):
+    """The orbit ``step`` (relative length) along the tangent from x, corrected across it.
+
+    Returns
+    -------
+    tuple of (float, int, (n,) array, (n,) array)
+        Orientation, 0 if it did not converge; Newton steps taken; the orbit; its tangent, of length 1 in units at x.
+    """
+    sizes = _sizes(x)
+    predicted = x + step * tangent
+    normal, level = _plane(tangent, sizes, predicted)
+    if predicted[x.size - 1] <= 0.0:
+        return 0.0, 0, predicted, tangent
+    sign, count, along = correct(numbers, law, period, orders, cosine, sine, predicted, normal, level, 8, np.inf)
+    if sign != 0.0:
+        along /= math.sqrt(_dot(along, along, sizes))
+    return sign, count, predicted, along
+
+
+@njit(cache=True)
+def unit_tangent(x, tangent):
+    """The tangent at x in the units there."""
+    return tangent / math.sqrt(_dot(tangent, tangent, _sizes(x)))
+
+
+@njit(cache=True)
+def distance(x, other):
+    """Relative length between two orbits, in the units at the second."""
+    apart = x - other
+    return math.sqrt(_dot(apart, apart, _sizes(other)))
+
+
+@njit(cache=True)
+def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, longest, room):
+    """The curve from x along ``tangent`` until it leaves (low, high) in Omega, closes, fills the room or is stuck.
+
+    Returns
+    -------
+    tuple of ((k, n) array, (k, n) array, list of int, int)
+        Orbits from x on, their tangents, indices of the orbits before which another curve was crossed, and why it
+        ended; an end of the band is an orbit at exactly that Omega.
+    """
+    n = x.size
+    points, tangents = np.empty((room, n)), np.empty((room, n))
+    points[0], tangents[0] = x, unit_tangent(x, tangent)
+    start_sizes = _sizes(x)
+    count, step = 1, 0.1 * longest
+    crossed = [0 for _ in range(0)]
+    orientation, _, _, _ = advance(numbers, law, period, orders, cosine, sine, x, tangents[0], 0.0)
+    while count < room:
+        here, along = points[count - 1], tangents[count - 1]
+        sign, newton, new, turned = advance(numbers, law, period, orders, cosine, sine, here, along, step)
+        good, turn = sign != 0.0, 0.0
+        if good:
+            sizes = _sizes(here)
+            turn = math.acos(min(1.0, max(-1.0, _dot(along, turned, sizes))))
+            moved = new - here
+            moved -= step * along
+            good = turn < _TURN and math.sqrt(_dot(moved, moved, sizes)) < 0.3 * step
+            good = good and (sign == orientation or step <= _CROSSING)
+        if not good:
+            step *= 0.5
+            if step < _SHORTEST:
+                return points[:count].copy(), tangents[:count].copy(), crossed, STUCK
+            continue
+        if sign != orientation:
+            orientation = sign
+            crossed.append(count)
+        edge = low if new[n - 1] <= low else high if new[n - 1] >= high else 0.0
+        if edge > 0.0:
+            share = (edge - here[n - 1]) / (new[n - 1] - here[n - 1])
+            last = here + share * (new - here)
+            sign, _, turned = correct_at(numbers, law, period, orders, cosine, sine, last, edge, 10, np.inf)
+            if sign == 0.0 or distance(last, here) > 1.5 * step:
+                step *= 0.5
+                if step < _SHORTEST:
+                    return points[:count].copy(), tangents[:count].copy(), crossed, STUCK
+                continue
+            points[count] = last
+            tangents[count] = unit_tangent(last, turned)
+            if _dot(tangents[count], along, _sizes(here)) < 0.0:
+                tangents[count] *= -1.0
+            return points[: count + 1].copy(), tangents[: count + 1].copy(), crossed, LOW if edge == low else HIGH
+        if count > 2:
+            before, after = here - points[0], new - points[0]
+            near = math.sqrt(max(_dot(before, before, start_sizes), _dot(after, after, start_sizes))) < 2.0 * step
+            first = tangents[0]
+            if near and _dot(before, first, start_sizes) < 0.0 <= _dot(after, first, start_sizes):
+                # Back at the start? Decided by the orbit in the plane across the start.
+                normal, level = _plane(first, start_sizes, points[0])
+                back = new.copy()
+                sign, _, _ = correct(numbers, law, period, orders, cosine, sine, back, normal, level, 10, np.inf)
+                if sign != 0.0 and distance(back, points[0]) < 1e-6:
+                    points[count], tangents[count] = points[0], tangents[0]
+                    return points[: count + 1].copy(), tangents[: count + 1].copy(), crossed, CLOSED
+        points[count] = new
+        tangents[count] = unit_tangent(new, turned)
+        count += 1
+        wanted = _AIM / max(turn, 1e-3)
+        if newton > 4:
+            wanted = min(wanted, 1.0)
+        step = min(longest, step * min(2.0, max(0.5, wanted)))
+    return points, tangents, crossed, FULL
+
+
+@njit(cache=True)
+def locate_fold(numbers, law, period, orders, cosine, sine, x, tangent, length):
+    """The orbit between x and ``length`` along its tangent at which Omega turns: where the tangent has no Omega part.
+
+    False position, halved where one end is kept (Illinois). Omega is stationary there, so it is known to the square
+    of the length's own error.
+    """
+    n = x.size
+    left, right = 0.0, length
+    at_left = tangent[n - 1]
+    _, _, best, along = advance(numbers, law, period, orders, cosine, sine, x, tangent, length)
+    at_right = along[n - 1]
+    kept = 0
+    for _ in range(60):
+        middle = right - at_right * (right - left) / (at_right - at_left)
+        if not min(left, right) < middle < max(left, right):
+            middle = 0.5 * (left + right)
+        sign, _, new, turned = advance(numbers, law, period, orders, cosine, sine, x, tangent, middle)
+        if sign == 0.0:
+            return False, best, along
+        best, along = new, turned
+        if abs(turned[n - 1]) < 1e-11 * x[n - 1] or abs(right - left) < 1e-13:
+            break
+        if (turned[n - 1] > 0.0) == (at_right > 0.0):
+            right, at_right = middle, turned[n - 1]
+            at_left *= 0.5 if kept == 1 else 1.0
+            kept = 1
+        else:
+            left, at_left = middle, turned[n - 1]
+            at_right *= 0.5 if kept == -1 else 1.0
+            kept = -1
+    return True, best, unit_tangent(best, along)
+
+
+@njit(cache=True)
+def between(x, tangent, other, other_tangent, share):
+    """The cubic curve through two neighbouring orbits along their tangents, at a share of the way."""
+    length = distance(other, x)
+    s, r = share, 1.0 - share
+    return (
+        (1.0 + 2.0 * s) * r * r * x
+        + s * r * r * length * tangent
+        + s * s * (3.0 - 2.0 * s) * other
+        - s * s * r * length * other_tangent
+    )
+
+
+@njit(cache=True)
+def lies_on(numbers, law, period, orders, cosine, sine, points, tangents, x):
+    """Whether the orbit x lies on the traced curve: some orbit of the curve at its Omega is the same to 1e-6."""
+    n = x.size
+    Omega = x[n - 1]
+    for i in range(len(points) - 1):
+        one, other = points[i, n - 1] - Omega, points[i + 1, n - 1] - Omega
+        if one * other > 0.0:
+            continue
+        left, right = 0.0, 1.0
+        for _ in range(40):
+            middle = 0.5 * (left + right)
+            value = between(points[i], tangents[i], points[i + 1], tangents[i + 1], middle)[n - 1] - Omega
+            if (value > 0.0) == (one > 0.0) and one != 0.0:
+                left = middle
+            else:
+                right = middle
+        guess = between(points[i], tangents[i], points[i + 1], tangents[i + 1], 0.5 * (left + right))
+        if distance(guess, x) > 0.3:
+            continue
+        sign, _, _ = correct_at(numbers, law, period, orders, cosine, sine, guess, Omega, 10, 0.3)
+        if sign != 0.0 and distance(guess, x) < 1e-6:
+            return True
+    return False

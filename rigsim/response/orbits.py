@@ -1,0 +1,298 @@
+"""Periodic orbits of Eqs. (3a, b) with any number of harmonics: every piece of the response, untold.
+
+Algorithm:
+
+1. seed: every solution of the single-term equation (5a), at frequencies across the band, at its ends, and inside
+   every interval with three solutions (so inside every detached curve), is corrected to a converged orbit;
+2. compare: a seed that lies on a curve already traced is dropped;
+3. trace: arc-length continuation both ways to the ends of the band, or until the curve closes;
+4. fold: every turning point is located and becomes an orbit of the curve;
+5. join: where several curves end at one end of the band, they are followed beyond it to twice its upper frequency
+   or half its lower one, to learn which of them are one curve.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .. import checks
+from ..campaign.progress import reporting
+from ..parameters import OscillatorParameters, RigParameters, oscillator_of
+from ..results import Result
+from .amplitude import frequency_response
+from .continuation import (
+    CLOSED,
+    FULL,
+    HIGH,
+    LOW,
+    STUCK,
+    correct_at,
+    distance,
+    lies_on,
+    locate_fold,
+    trace,
+    unit_tangent,
+)
+from .detached import folds
+from .harmonic_balance import balance
+
+_SEEDS = 24
+_SHARES = (0.03, 0.2, 0.5, 0.8, 0.97)  # of an interval with three solutions
+_LONGEST = 0.1  # relative length of a step
+_ROOM = 20_000  # orbits a curve may have
+_SAME = 1e-6  # relative distance below which two orbits are one
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OrbitBranch(Result):
+    """A connected curve of periodic orbits inside a band, ordered along itself; what `periodic_orbits` returns.
+
+    Lines are complex: u(t) = Re(sum_k U[k] exp(2 pi i k f t / period)), so column 0 is the mean and column ``period``
+    the line at the forcing frequency f, zero to peak, phase against the force F cos(2 pi f t).
+
+    Attributes
+    ----------
+    parameters : RigParameters or OscillatorParameters
+    force : float
+        Amplitude F (N).
+    law : str
+        "exact" or "cubic".
+    frequency : (n,) array
+        Forcing frequency (Hz); turns back at every fold. The last orbit of a closed curve is its first.
+    shaker, mass, relative : (n, period harmonics + 1) complex array
+        Lines of xs, x and z (m).
+    closed : bool
+        Whether it closes on itself inside the band.
+    period : int
+        Period of the orbits, in forcing periods.
+    folds : tuple of int
+        Indices of the orbits at which the frequency turns, located to 1e-6 Hz and better.
+    status : str
+        How it ends, at both ends, and why.
+    joins : tuple of int
+        Positions, in the tuple it came in, of the curves that it joins outside the band.
+    """
+
+    parameters: RigParameters | OscillatorParameters
+    force: float
+    law: str
+    frequency: np.ndarray
+    shaker: np.ndarray
+    mass: np.ndarray
+    relative: np.ndarray
+    closed: bool
+    period: int
+    folds: tuple
+    status: str
+    joins: tuple = ()
+
+    @property
+    def harmonics(self):
+        """Multiples of the forcing frequency that were kept."""
+        return (self.relative.shape[1] - 1) // self.period
+
+    def summary(self):
+        low, high = self.frequency.min(), self.frequency.max()
+        return (
+            f"OrbitBranch: {self.frequency.size} orbits of period {self.period} from {low:.4f} to {high:.4f} Hz, "
+            f"{len(self.folds)} folds, {self.status}"
+        )
+
+
+def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *, period=1, progress=False):
+    """Every curve of periodic orbits over a band of frequencies, by harmonic balance and continuation.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+        The exact law needs the wires of the former.
+    force : float
+        Force amplitude F (N, above zero).
+    band : (float, float)
+        Forcing frequencies (Hz).
+    harmonics : int
+        Multiples of the forcing frequency kept besides the mean, odd and even; 1 is single-term theory (and a mean).
+    law : {"exact", "cubic"}
+        Eq. (1) or Eq. (2).
+    period : {1, 2, 3}
+        Orbits that repeat after so many forcing periods. For 2 and 3, lines at multiples of f/2 or f/3 are admitted,
+        but seeds are the same, so true subharmonic motions need `continue_orbit`.
+    progress : bool or callable
+        See `rigsim.campaign.progress.reporting`; counts seeds.
+
+    Returns
+    -------
+    tuple of OrbitBranch
+
+    Raises
+    ------
+    ValueError
+        If an input is not allowed, the exact law is asked of a set without wires, or the shaker is undamped.
+    """
+    equations = balance(parameters, force, harmonics, law, period, symmetric=period != 2)
+    low, high = _checked_band(band)
+    found, codes, curves = [], [], []
+    seeds = _seeds(parameters, force, low, high)
+    with reporting(progress, len(seeds), "periodic orbits") as report:
+        for number, (frequency, relative) in enumerate(seeds):
+            x = equations.unknowns(frequency, [0] * period + [relative])
+            good, _, tangent = correct_at(*equations.system, x, x[-1], 30, 0.3)
+            if good and not any(lies_on(*equations.system, *curve, x) for curve in curves):
+                points, tangents, ends, turns = _curve(equations, x, tangent, low, high)
+                curves.append((points, tangents))
+                codes.append(ends)
+                found.append(_branch(equations, parameters, law, points, ends, turns))
+            report(number + 1)
+    joins, remarks = _joins(equations, curves, codes, low, high)
+    return tuple(
+        replace(branch, joins=join, status=branch.status + remark)
+        for branch, join, remark in zip(found, joins, remarks, strict=True)
+    )
+
+
+def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmonics=9, law="exact", *, period=1):
+    """The curve of periodic orbits through one that is roughly known, such as a subharmonic motion.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+    force : float
+        Force amplitude F (N, above zero).
+    frequency : float
+        Forcing frequency of the known orbit (Hz), inside the band.
+    relative : (k,) array_like of complex
+        Its lines of z (m) at the multiples 0, 1, ... of frequency/period; missing ones are taken as zero.
+    band : (float, float)
+        Forcing frequencies (Hz).
+    harmonics : int
+        Multiples of the forcing frequency kept; so ``period`` times as many lines.
+    law : {"exact", "cubic"}
+    period : {1, 2, 3}
+        Period of the orbit, in forcing periods.
+
+    Returns
+    -------
+    OrbitBranch
+
+    Raises
+    ------
+    ValueError
+        If an input is not allowed, or no orbit is found from the given lines.
+    """
+    equations = balance(parameters, force, harmonics, law, period)
+    low, high = _checked_band(band)
+    frequency = checks.real("frequency", frequency, "Hz", low=low, high=high)
+    relative = np.atleast_1d(np.asarray(relative, dtype=complex))
+    if relative.ndim != 1 or not np.isfinite(relative).all():
+        raise ValueError(f"relative has shape {relative.shape}; expected one row of finite lines (m)")
+    x = equations.unknowns(frequency, relative)
+    good, steps, tangent = correct_at(*equations.system, x, x[-1], 60, 0.3)
+    if not good:
+        raise ValueError(
+            f"relative at frequency = {frequency:g} Hz is not allowed; expected lines close enough to an orbit, "
+            f"but Newton's method found none in {steps} steps"
+        )
+    points, _, ends, turns = _curve(equations, x, tangent, low, high)
+    return _branch(equations, parameters, law, points, ends, turns)
+
+
+def _checked_band(band):
+    band = checks.array("band", band, "Hz", low=0.0, low_open=True)
+    if band.size != 2 or not band[0] < band[1]:
+        raise ValueError(f"band = {tuple(band.tolist())} Hz is not allowed; expected two frequencies, ascending")
+    return float(band[0]), float(band[1])
+
+
+def _seeds(parameters, force, low, high):
+    """Single-term solutions (Hz, complex z in m): the ends of the band, detached curves, then a grid."""
+    oscillator = oscillator_of(parameters)
+    points = [fold.frequency for fold in folds(oscillator, force)]
+    inside = []
+    for left, right in zip(points[::2], points[1::2], strict=True):
+        left, right = max(left, low), min(right, high)
+        if left < right:
+            inside += [left + share * (right - left) for share in _SHARES]
+    frequency = np.array([low, high, *inside, *np.geomspace(low, high, _SEEDS)[1:-1]])
+    response = frequency_response(oscillator, force, frequency)
+    return [(f, z) for f, row in zip(frequency, response.relative, strict=True) for z in row if np.isfinite(z)]
+
+
+def _curve(equations, x, tangent, low, high):
+    """Orbits of the whole curve through x, their tangents, why it ends at its two ends, indices of its folds."""
+    edges = low / equations.hertz, high / equations.hertz
+    system = equations.system
+    points, tangents, crossed, code = trace(*system, x, tangent, *edges, _LONGEST, _ROOM)
+    ends = code, code
+    if code != CLOSED:
+        back, back_tangents, back_crossed, other = trace(*system, x, -tangent, *edges, _LONGEST, _ROOM)
+        points = np.concatenate([back[:0:-1], points])
+        tangents = np.concatenate([-back_tangents[:0:-1], tangents])
+        ends = other, code
+        keep = np.append(True, [distance(a, b) > 1e-12 for a, b in zip(points, points[1:], strict=False)])
+        points, tangents = points[keep], tangents[keep]
+    if code != CLOSED and points[0, -1] > points[-1, -1]:
+        points, tangents, ends = points[::-1].copy(), -tangents[::-1], ends[::-1]
+    points, tangents, turns = _with_folds(system, points, tangents)
+    return points, tangents, ends, turns
+
+
+def _with_folds(system, points, tangents):
+    """The curve with an orbit put in at every fold; indices of those."""
+    turning = np.flatnonzero(tangents[:-1, -1] * tangents[1:, -1] < 0)
+    extra, extra_tangents = [], []
+    for i in turning:
+        sizes = np.append(np.full(points.shape[1] - 1, np.linalg.norm(points[i, :-1])), points[i, -1])
+        length = float(np.sum(tangents[i] * (points[i + 1] - points[i]) / sizes**2))
+        good, point, tangent = locate_fold(*system, points[i], tangents[i], length)
+        if not good:  # never seen: both ends were corrected in planes next to these
+            raise RuntimeError(f"the fold between Omega = {points[i, -1]} and {points[i + 1, -1]} was not located")
+        extra.append(point)
+        extra_tangents.append(unit_tangent(point, tangent))
+    if not extra:
+        return points, tangents, ()
+    points = np.insert(points, turning + 1, extra, axis=0)
+    tangents = np.insert(tangents, turning + 1, extra_tangents, axis=0)
+    return points, tangents, tuple((turning + 1 + np.arange(turning.size)).tolist())
+
+
+def _branch(equations, parameters, law, points, ends, turns):
+    frequency, shaker, mass, relative = equations.lines(points)
+    closed = ends[0] == CLOSED
+    if closed:
+        status = "closed"
+    else:
+        status = f"{_end(ends[0], frequency[0])}, {_end(ends[1], frequency[-1])}"
+    return OrbitBranch(
+        parameters, equations.force, law, frequency, shaker, mass, relative, closed, equations.period, turns, status
+    )
+
+
+def _end(code, frequency):
+    return {
+        LOW: f"reaches {frequency:g} Hz",
+        HIGH: f"reaches {frequency:g} Hz",
+        STUCK: f"stopped at {frequency:.6f} Hz, where Newton's method did not converge at the shortest step",
+        FULL: f"stopped at {frequency:.6f} Hz, after {_ROOM} orbits",
+    }[code]
+
+
+def _joins(equations, curves, codes, low, high):
+    """For each curve, those it joins outside the band, and a remark on how far that was looked into."""
+    joins, remarks = [set() for _ in curves], ["" for _ in curves]
+    for code, edge, limit in ((LOW, low, 0.5 * low), (HIGH, high, 2 * high)):
+        ends = [(i, end) for i, pair in enumerate(codes) for end in (0, 1) if pair[end] == code and pair[end] != CLOSED]
+        if len(ends) < 2:
+            continue
+        within = sorted((edge / equations.hertz, limit / equations.hertz))
+        for i, end in ends:
+            points, tangents = curves[i]
+            x, tangent = (points[0], -tangents[0]) if end == 0 else (points[-1], tangents[-1])
+            outside, _, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM)
+            back = [
+                j for j, other in ends if (j, other) != (i, end) and distance(outside[-1], curves[j][0][-other]) < _SAME
+            ]
+            joins[i].update(back)
+            if not back and why not in (LOW, HIGH):
+                where = outside[-1, -1] * equations.hertz
+                remarks[i] += f"; beyond {edge:g} Hz followed only to {_end(why, where)}"
+    return [tuple(sorted(join)) for join in joins], remarks
