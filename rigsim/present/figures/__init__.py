@@ -1,5 +1,6 @@
 """Figures, a file for each domain; the names here are those that results forward `.plot()` to."""
 
+from .basins import basins_figure, integrity_figure, tap_map_figure
 from .experiment import branches_figure, distortion_figure, sine_test_figure, spectrum_figure
 from .identification import (
     identification_figure,
@@ -12,6 +13,9 @@ from .response import force_scenario_figure, frequency_response_figure
 from .rig import modes_figure, rig_figure, rigs_figure, statics_figure, wire_law_figure
 
 __all__ = [
+    "basins_figure",
+    "integrity_figure",
+    "tap_map_figure",
     "branches_figure",
     "distortion_figure",
     "force_scenario_figure",

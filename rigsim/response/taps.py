@@ -1,0 +1,259 @@
+"""Which motion a tap leads to, by its size and its instant, and the smallest tap that leads to a given one."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .. import checks
+from ..model.excitation import Tap
+from ..results import Result
+from .attractors import Landscape, landscape, settle_and_learn
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TapMap(Result):
+    """Motions reached by taps on the suspended mass.
+
+    Attributes
+    ----------
+    landscape : Landscape
+        The motions (``attractors``) and the flow.
+    start : str
+        Motion that is tapped.
+    velocity : (v,) array
+        Impulse of the tap over m (m/s); see `Tap`.
+    instant : (i,) array
+        When the pulse begins, in forcing periods after a peak of the force.
+    duration : float
+        Of the pulse (s).
+    label : (v, i) array of int
+        Index of the motion reached.
+    """
+
+    landscape: Landscape
+    start: str
+    velocity: np.ndarray
+    instant: np.ndarray
+    duration: float
+    label: np.ndarray
+
+    plot_name = "tap_map_figure"
+
+    @property
+    def attractors(self):
+        """The motions that the labels count."""
+        return self.landscape.attractors
+
+    def reached(self, name):
+        """Whether each tap leads to the motion of this name, (v, i) bool.
+
+        Raises
+        ------
+        ValueError
+            If there is none of this name.
+        """
+        return self.label == self.landscape.names.index(self.landscape.find(name).name)
+
+    def table(self):
+        """`pandas.DataFrame`: how many of the taps lead to each motion, and the smallest of them on the grid."""
+        import pandas as pd
+
+        rows = []
+        for one in self.attractors:
+            there = self.reached(one.name)
+            sizes = np.abs(self.velocity)[there.any(axis=1)]
+            rows.append((one.name, 100 * there.mean(), sizes.min() if sizes.size else np.nan))
+        return pd.DataFrame(rows, columns=["motion", "taps [%]", "smallest on the grid [m/s]"])
+
+    def summary(self):
+        """One line: where the taps lead."""
+        flow = self.landscape.flow
+        told = ", ".join(f"{one.name} {self.reached(one.name).mean():.1%}" for one in self.attractors)
+        return f"TapMap at {flow.frequency:g} Hz and {flow.force:g} N, from '{self.start}': {told} of the taps"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SmallestTap(Result):
+    """The smallest tap found that leads from one motion to another.
+
+    Attributes
+    ----------
+    start, name : str
+        Motion tapped and motion reached.
+    frequency : float
+        Of the force (Hz).
+    velocity : float
+        m/s, with its sign.
+    instant : float
+        In forcing periods after a peak of the force.
+    duration : float
+        s.
+    verified : bool
+        Whether the same tap leads there also by twice as many steps.
+    spared : float
+        Share of the taps up to 0.98 of that size, of either sign and at any instant, that were seen not to lead there:
+        1 if all.
+    """
+
+    start: str
+    name: str
+    frequency: float
+    velocity: float
+    instant: float
+    duration: float
+    verified: bool
+    spared: float
+
+    def tap(self, after=1.0):
+        """As a `Tap` for a test bench: at the same instant of the first period that begins ``after`` (s) or later."""
+        periods = np.ceil(after * self.frequency * (1 - 1e-12))
+        return Tap(self.velocity, self.duration, (periods + self.instant) / self.frequency)
+
+    def summary(self):
+        """One line with size and instant."""
+        return (
+            f"SmallestTap from '{self.start}' to '{self.name}': {self.velocity:.4g} m/s, {self.instant:.3f} periods "
+            f"after a peak of the force at {self.frequency:g} Hz, {'' if self.verified else 'not '}verified"
+        )
+
+
+def tap_map(
+    parameters,
+    force,
+    frequency,
+    start=None,
+    *,
+    velocity=None,
+    instants=48,
+    duration=2e-3,
+    law="exact",
+    starts=256,
+    seed=0,
+    progress=False,
+    executor=None,
+    checkpoint=None,
+):
+    """Tap the mass while a motion lasts, by every size and at every instant of a period, and see where it leads.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+        The latter takes the cubic law only.
+    force : float
+        Amplitude F (N).
+    frequency : float
+        Hz.
+    start : str, optional
+        Name of the motion that is tapped; by default the first, see `attractors`.
+    velocity : (v,) array_like, optional
+        Sizes of the taps (m/s), of either sign; by default 81 from -1 to 1.
+    instants : int
+        Instants, evenly over one forcing period.
+    duration : float
+        Of the half-sine pulse (s).
+    law : {"exact", "cubic"}
+        Eq. (1) or Eq. (2).
+    starts, seed : int
+        Of the search for motions; see `attractors`.
+    progress : bool or callable
+        True shows a bar; a callable is told (chunks done, chunks in all).
+    executor : concurrent.futures.Executor, optional
+        Where chunks of taps run, by default as many threads as there are cores; results do not depend on it.
+    checkpoint : path, optional
+        File that keeps finished chunks.
+
+    Returns
+    -------
+    TapMap
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed, or there is no motion of the name.
+    """
+    velocity = np.linspace(-1, 1, 81) if velocity is None else checks.array("velocity", velocity, "m/s")
+    instants = checks.integer("instants", instants, low=1)
+    duration = checks.positive("duration", duration, "s")
+    found = landscape(parameters, force, frequency, law=law, starts=starts, seed=seed)
+    start = found.names[0] if start is None else start
+    found.find(start)
+    instant = np.arange(instants) / instants
+    states = _tapped(found, start, velocity, instant, duration)
+    options = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "taps"}
+    found, label = settle_and_learn(found, states, **options)
+    return TapMap(found, start, velocity, instant, duration, label.reshape(instants, -1).T)
+
+
+def _tapped(found, start, velocity, instant, duration):
+    """States (i v, 4) after taps of some sizes at some instants."""
+    state = found.find(start).orbit[0]
+    return np.concatenate([found.flow.tapped(state, at % 1.0, velocity, duration)[0] for at in instant])
+
+
+def _lead(found, start, velocity, instant, duration):
+    """Labels (v, i) of all taps of some sizes at some instants."""
+    label, _ = found.settle(_tapped(found, start, velocity, instant, duration))
+    return label.reshape(len(instant), len(velocity)).T
+
+
+def smallest_tap(taps, name, *, rounds=6):
+    """Refine the smallest tap of a map that leads to a motion.
+
+    Around the smallest found so far a finer grid of sizes and instants is laid, four times as fine in every round; in
+    the end a fresh grid of smaller taps over the whole period is tried, and the search goes on from any that leads
+    there.
+
+    Parameters
+    ----------
+    taps : TapMap
+    name : str
+        Of the motion wanted.
+    rounds : int
+
+    Returns
+    -------
+    SmallestTap
+
+    Raises
+    ------
+    ValueError
+        If no tap of the map leads there.
+    """
+    found, start = taps.landscape, taps.start
+    there = taps.reached(name)
+    if not there.any():
+        raise ValueError(f"no tap of the map leads to {name!r}; expected larger velocities or more instants")
+    wanted = found.names.index(name)
+    best = _smallest(taps.velocity, taps.instant, there)
+    reach = np.abs(taps.velocity).max() / 8, 1 / 16
+    for _ in range(8):
+        best = _refine(found, start, wanted, best, reach, rounds, taps.duration)
+        below = 0.98 * abs(best[0]) * np.concatenate([np.linspace(-1, -0.3, 24), np.linspace(0.3, 1, 24)])
+        phases = (np.arange(32) + 0.5) / 32
+        counter = _lead(found, start, below, phases, taps.duration) == wanted
+        if not counter.any():
+            break
+        best, reach = _smallest(below, phases, counter), (0.1 * abs(best[0]), 1 / 32)
+    velocity, instant = best
+    finer = replace(found, flow=found.flow.refined())
+    verified = bool((_lead(finer, start, np.array([velocity]), [instant], taps.duration) == wanted).all())
+    frequency = found.flow.frequency
+    spared = 1 - float(counter.mean())
+    return SmallestTap(start, name, frequency, velocity, instant, taps.duration, verified, spared)
+
+
+def _smallest(velocity, instant, there):
+    rows, columns = np.nonzero(there)
+    at = np.abs(velocity[rows]).argmin()
+    return float(velocity[rows[at]]), float(instant[columns[at]])
+
+
+def _refine(found, start, wanted, best, reach, rounds, duration):
+    for power in range(rounds):
+        size, phase = reach[0] / 4**power, reach[1] / 4**power
+        signed = np.sign(best[0])
+        # The present best belongs to the grid, so that no round can lose it.
+        velocity = signed * np.linspace(max(abs(best[0]) - size, 0.0), abs(best[0]), 17)
+        instant = best[1] + phase * np.linspace(-1, 1, 17)
+        best = _smallest(velocity, instant, _lead(found, start, velocity, instant, duration) == wanted)
+    return best[0], best[1] % 1.0
