@@ -12,6 +12,7 @@ Algorithm:
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -34,13 +35,36 @@ from .continuation import (
     unit_tangent,
 )
 from .detached import folds
+from .floquet import is_stable
 from .harmonic_balance import balance
+from .shooting import shoot_orbit
+from .stability import hill_multipliers, stability_changes
 
 _SEEDS = 24
 _SHARES = (0.03, 0.2, 0.5, 0.8, 0.97)  # of an interval with three solutions
-_LONGEST = 0.1  # relative length of a step
+_LONGEST = 0.06  # relative length of a step
 _ROOM = 20_000  # orbits a curve may have
 _SAME = 1e-6  # relative distance below which two orbits are one
+
+
+_NEAR = 0.3  # relative distance within which a single-term solution is an orbit's counterpart
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """A stretch of a curve over which single-term balance gives another verdict on stability.
+
+    Attributes
+    ----------
+    low, high : float
+        Hz.
+    stable : bool
+        Verdict of the converged orbits; single-term balance says the contrary.
+    """
+
+    low: float
+    high: float
+    stable: bool
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,6 +114,73 @@ class OrbitBranch(Result):
     def harmonics(self):
         """Multiples of the forcing frequency that were kept."""
         return (self.relative.shape[1] - 1) // self.period
+
+    @property
+    def symmetric(self):
+        """Whether the second half of every orbit mirrors its first: all even lines are zero."""
+        return not self.relative[:, ::2].any()
+
+    @cached_property
+    def multipliers(self):
+        """(n, 4) complex Floquet multipliers about these orbits, over their period, by Hill's determinant.
+
+        See `rigsim.response.stability`; `shoot` has them by another way.
+        """
+        return hill_multipliers(*self._equations())
+
+    @cached_property
+    def stable(self):
+        """(n,) bool: whether all `multipliers` lie inside the unit circle."""
+        return is_stable(self.multipliers)
+
+    @cached_property
+    def special_points(self):
+        """Tuple of `SpecialPoint` in the order of the curve: folds, and every change of stability."""
+        return stability_changes(*self._equations(), self.folds)
+
+    @cached_property
+    def disagreements(self):
+        """Tuple of `Disagreement`: where the paper's way to judge stability errs on this curve (period 1 only).
+
+        Each orbit is compared with the single-term solution nearest to its line at the forcing frequency, and with
+        none if that lies further than 30 % away.
+        """
+        if self.period != 1:
+            return ()
+        theory = frequency_response(self.parameters, self.force, self.frequency)
+        apart = abs(theory.relative - self.relative[:, 1:2])
+        nearest = np.nanargmin(apart, axis=1)[:, None]
+        verdict = np.take_along_axis(theory.stable, nearest, axis=1)[:, 0]
+        near = np.take_along_axis(apart, nearest, axis=1)[:, 0] < _NEAR * abs(self.relative[:, 1])
+        differs = near & (verdict != self.stable)
+        runs = np.split(np.arange(differs.size), np.flatnonzero(np.diff(differs) | np.diff(self.stable)) + 1)
+        return tuple(
+            Disagreement(float(self.frequency[run].min()), float(self.frequency[run].max()), bool(self.stable[run[0]]))
+            for run in runs
+            if differs[run[0]] and run.size > 1
+        )
+
+    def shoot(self, i):
+        """Orbit ``i`` found again by shooting in time, as a `ShotOrbit`."""
+        rate = 2j * np.pi * self.frequency[i] / self.period * np.arange(self.relative.shape[1])
+        motion = np.array([self.shaker[i], self.mass[i]])
+        state = np.concatenate([motion.real.sum(axis=1), (rate * motion).real.sum(axis=1)])
+        return shoot_orbit(self.parameters, self.force, self.frequency[i], state, self.law, period=self.period)
+
+    def _equations(self):
+        """The balance equations that the curve obeys, and its unknowns (n, ...)."""
+        equations = balance(
+            self.parameters, self.force, self.harmonics, self.law, self.period, self.period != 2 and self.symmetric
+        )
+        points = [equations.unknowns(f, lines) for f, lines in zip(self.frequency, self.relative, strict=True)]
+        return equations, np.array(points)
+
+    def table(self):
+        """`pandas.DataFrame` of the special points."""
+        import pandas as pd
+
+        rows = [(p.kind, p.frequency, 1e3 * abs(p.relative), abs(p.multipliers[0])) for p in self.special_points]
+        return pd.DataFrame(rows, columns=["special point", "frequency (Hz)", "|z| (mm)", "largest |multiplier|"])
 
     def summary(self):
         low, high = self.frequency.min(), self.frequency.max()

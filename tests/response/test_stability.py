@@ -1,0 +1,140 @@
+"""Floquet multipliers by Hill's determinant against shooting in time, single-term theory and Liouville's formula."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigsim.parameters import OscillatorParameters, RigParameters
+from rigsim.response.amplitude import frequency_response
+from rigsim.response.harmonic_balance import balance
+from rigsim.response.orbits import periodic_orbits
+from rigsim.response.shooting import shoot_orbit
+from rigsim.response.stability import hill_multipliers
+
+FORCE = 3.18
+
+
+@pytest.fixture(scope="module")
+def branches():
+    return periodic_orbits(RigParameters(), FORCE, (5, 120), harmonics=15)
+
+
+def apart(some, others):
+    """Largest distance from a multiplier to the nearest of the others."""
+    return max(abs(np.asarray(others) - one).min() for one in some)
+
+
+def test_hill_and_shooting_agree_on_every_orbit(branches):
+    for branch in branches:
+        for i in range(0, branch.frequency.size, 3):
+            shot = branch.shoot(i)
+            assert shot.converged, shot.status
+            assert apart(shot.multipliers, branch.multipliers[i]) < 1e-6
+            assert apart(branch.multipliers[i], shot.multipliers) < 1e-6
+            if i not in branch.folds:
+                assert shot.stable == branch.stable[i]
+            # The orbit itself, too, and it is the same in every line that was kept.
+            few = min(shot.relative.size, branch.relative.shape[1])
+            size = abs(branch.relative[i]).max()
+            np.testing.assert_allclose(shot.relative[:few], branch.relative[i, :few], atol=1e-7 * size)
+
+
+def test_half_and_whole_periods_give_the_same_multipliers(branches):
+    main = branches[0]
+    i = np.arange(0, main.frequency.size, 10)
+    whole = balance(RigParameters(), FORCE, 15, "exact", symmetric=False)
+    points = np.array([whole.unknowns(f, z) for f, z in zip(main.frequency[i], main.relative[i], strict=True)])
+    for some, others in zip(hill_multipliers(whole, points), main.multipliers[i], strict=True):
+        assert apart(some, others) < 3e-6  # two equal ones are known to half the digits
+
+
+def test_one_harmonic_has_the_multipliers_of_single_term_theory():
+    for branch in periodic_orbits(RigParameters(), FORCE, (10, 80), harmonics=1, law="cubic"):
+        theory = frequency_response(RigParameters(), FORCE, branch.frequency)
+        nearest = np.nanargmin(abs(theory.relative - branch.relative[:, 1:]), axis=1)
+        for i, k in enumerate(nearest):
+            if i not in branch.folds:
+                assert apart(branch.multipliers[i], theory.multipliers[i, k]) < 1e-6
+        assert branch.disagreements == ()
+
+
+@settings(max_examples=40)
+@given(
+    st.floats(-3, -0.3),
+    st.floats(-2, -0.7),
+    st.floats(-3, -1),
+    st.just(0.0) | st.floats(0.1, 1.5),
+    st.floats(-4, 0),
+    st.booleans(),
+)
+def test_multipliers_of_any_orbit_have_liouville_s_product(mu, zeta_s, zeta, Omega0, gamma, symmetric):
+    p = OscillatorParameters.from_nondimensional(10**mu, 10**zeta_s, 10**zeta, Omega0, 10**gamma)
+    equations = balance(p, 1.0, 5, "cubic", symmetric=symmetric)
+    trace = 2 * equations.numbers[1] + 2 * equations.numbers[2] * (1 + equations.numbers[0])
+    for branch in periodic_orbits(p, 1.0, np.array([0.4, 2]) / (2 * np.pi), harmonics=5, law="cubic"):
+        for i in range(0, branch.frequency.size, 40):
+            point = equations.unknowns(branch.frequency[i], branch.relative[i])
+            values = hill_multipliers(equations, point[None])[0]
+            expected = np.exp(-trace * 2 * np.pi / point[-1])
+            # The polynomial's coefficients carry the rounding of the largest.
+            assert abs(values.prod() - expected) < 1e-7 * np.maximum(1, abs(values)).prod()
+
+
+def test_special_points_of_the_paper_s_rig(branches):
+    main, inner = branches
+    assert [(p.kind, round(p.frequency, 2)) for p in main.special_points] == [
+        ("Neimark-Sacker", 62.22),
+        ("Neimark-Sacker", 74.57),
+        ("fold", 107.05),
+        ("fold", 56.51),
+    ]
+    assert sorted(p.kind for p in inner.special_points) == ["Neimark-Sacker", "fold", "fold"]
+    for branch in branches:
+        for point in branch.special_points:
+            modulus = abs(np.array(point.multipliers))
+            assert abs(modulus - 1).min() < 1e-6, point
+            assert abs(point.relative) == pytest.approx(abs(branch.relative[point.index, 1]), rel=0.1)
+
+
+def test_neimark_sacker_points_lie_where_shooting_finds_them(branches):
+    """A thousandth of a hertz to either side the orbit found in time is stable and unstable."""
+    for branch in branches:
+        for point in branch.special_points:
+            if point.kind == "Neimark-Sacker":
+                shot = branch.shoot(point.index)
+                verdicts = []
+                for f in (point.frequency - 1e-3, point.frequency + 1e-3):
+                    for step in np.linspace(0, 1, 5)[1:]:
+                        at = branch.frequency[point.index] + step * (f - branch.frequency[point.index])
+                        shot = shoot_orbit(RigParameters(), FORCE, at, shot.state)
+                    assert shot.converged
+                    verdicts.append(shot.stable)
+                assert sorted(verdicts) == [False, True]
+
+
+def test_single_term_verdicts_that_err_are_named(branches):
+    main, inner = branches
+    # High solution: unstable from 62.2 Hz, not 69, and stable again from 74.6 Hz, not 79; middle one: never stable.
+    expected = [(62.2, 69, False), (74.6, 79, True), (72, 107, False)]
+    found = [d for d in main.disagreements if d.high - d.low > 1]
+    for disagreement, (low, high, stable) in zip(found, expected, strict=True):
+        assert (disagreement.low, disagreement.high) == pytest.approx((low, high), abs=1.5)
+        assert disagreement.stable is stable
+    assert inner.disagreements == ()
+
+
+def test_shooting_says_when_it_fails_and_refuses_bad_input():
+    lost = shoot_orbit(RigParameters(), FORCE, 30.0, [0.1, -0.1, 5, 5], iterations=1)
+    assert not lost.converged and "not converged" in lost.status and not lost.stable
+    for changes, message in [
+        ({"force": 0}, "force = 0 N"),
+        ({"frequency": -1}, "frequency = -1 Hz"),
+        ({"state": [0, 0]}, "state has 2 values"),
+        ({"law": "linear"}, "law = 'linear'"),
+        ({"parameters": RigParameters().oscillator}, "no wires"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            shoot_orbit(
+                **{"parameters": RigParameters(), "force": FORCE, "frequency": 30.0, "state": [0, 0, 0, 0], **changes}
+            )
