@@ -143,7 +143,7 @@ class OrbitBranch(Result):
         """Tuple of `Disagreement`: where the paper's way to judge stability errs on this curve (period 1 only).
 
         Each orbit is compared with the single-term solution nearest to its line at the forcing frequency, and with
-        none if that lies further than 30 % away.
+        none if that lies further than 30 % away. A stretch ends at a special point, or half-way between two orbits.
         """
         if self.period != 1:
             return ()
@@ -153,12 +153,15 @@ class OrbitBranch(Result):
         verdict = np.take_along_axis(theory.stable, nearest, axis=1)[:, 0]
         near = np.take_along_axis(apart, nearest, axis=1)[:, 0] < _NEAR * abs(self.relative[:, 1])
         differs = near & (verdict != self.stable)
-        runs = np.split(np.arange(differs.size), np.flatnonzero(np.diff(differs) | np.diff(self.stable)) + 1)
-        return tuple(
-            Disagreement(float(self.frequency[run].min()), float(self.frequency[run].max()), bool(self.stable[run[0]]))
-            for run in runs
-            if differs[run[0]] and run.size > 1
-        )
+        cuts = np.flatnonzero(np.diff(differs) | np.diff(self.stable))
+        known = {point.index: point.frequency for point in self.special_points}
+        edges = {i: known.get(int(i), 0.5 * (self.frequency[i] + self.frequency[i + 1])) for i in cuts}
+        found = []
+        for run in np.split(np.arange(differs.size), cuts + 1):
+            if differs[run[0]]:
+                places = [*self.frequency[run], *(edges[i] for i in (run[0] - 1, run[-1]) if i in edges)]
+                found.append(Disagreement(float(min(places)), float(max(places)), bool(self.stable[run[0]])))
+        return tuple(found)
 
     def shoot(self, i):
         """Orbit ``i`` found again by shooting in time, as a `ShotOrbit`."""
