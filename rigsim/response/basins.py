@@ -56,13 +56,12 @@ class Basins(Result):
                 one.name,
                 one.period or "none",
                 1e3 * one.amplitude,
-                abs(one.multipliers).max(),
                 100 * share,
                 f"{100 * low:.2f} to {100 * high:.2f}",
             )
             for one, share, low, high in zip(self.attractors, self.share, self.share_low, self.share_high, strict=True)
         ]
-        columns = ["motion", "period", "largest |z| [mm]", "largest multiplier", "share [%]", "95 % interval [%]"]
+        columns = ["motion", "period", "largest |z| [mm]", "share [%]", "95 % interval [%]"]
         return pd.DataFrame(rows, columns=columns)
 
     def summary(self):

@@ -54,6 +54,18 @@ class TapMap(Result):
         """
         return self.label == self.landscape.names.index(self.landscape.find(name).name)
 
+    def tap(self, row, column, after=1.0):
+        """One tap of the map as a `Tap` for a test bench: by the first such instant ``after`` (s) or later.
+
+        Parameters
+        ----------
+        row, column : int
+            Indices of ``velocity`` and ``instant``.
+        after : float
+            s.
+        """
+        return _bench_tap(self.velocity[row], self.instant[column], self.duration, self.landscape.flow.frequency, after)
+
     def table(self):
         """`pandas.DataFrame`: how many of the taps lead to each motion, and the smallest of them on the grid."""
         import pandas as pd
@@ -83,7 +95,8 @@ class SmallestTap(Result):
     frequency : float
         Of the force (Hz).
     velocity : float
-        m/s, with its sign.
+        m/s; positive if the motion tapped is its own mirror image, for then the opposite tap half a period later leads
+        there as well.
     instant : float
         In forcing periods after a peak of the force.
     duration : float
@@ -105,9 +118,8 @@ class SmallestTap(Result):
     spared: float
 
     def tap(self, after=1.0):
-        """As a `Tap` for a test bench: at the same instant of the first period that begins ``after`` (s) or later."""
-        periods = np.ceil(after * self.frequency * (1 - 1e-12))
-        return Tap(self.velocity, self.duration, (periods + self.instant) / self.frequency)
+        """As a `Tap` for a test bench: by the first such instant ``after`` (s) or later."""
+        return _bench_tap(self.velocity, self.instant, self.duration, self.frequency, after)
 
     def summary(self):
         """One line with size and instant."""
@@ -115,6 +127,11 @@ class SmallestTap(Result):
             f"SmallestTap from '{self.start}' to '{self.name}': {self.velocity:.4g} m/s, {self.instant:.3f} periods "
             f"after a peak of the force at {self.frequency:g} Hz, {'' if self.verified else 'not '}verified"
         )
+
+
+def _bench_tap(velocity, instant, duration, frequency, after):
+    periods = np.ceil(after * frequency - instant - 1e-9)
+    return Tap(velocity, duration, (periods + instant) / frequency)
 
 
 def tap_map(
@@ -235,6 +252,8 @@ def smallest_tap(taps, name, *, rounds=6):
             break
         best, reach = _smallest(below, phases, counter), (0.1 * abs(best[0]), 1 / 32)
     velocity, instant = best
+    if velocity < 0 and found.find(start).symmetric:  # the mirror image of the same tap
+        velocity, instant = -velocity, (instant + 0.5) % 1.0
     finer = replace(found, flow=found.flow.refined())
     verified = bool((_lead(finer, start, np.array([velocity]), [instant], taps.duration) == wanted).all())
     frequency = found.flow.frequency

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigsim import RigParameters, Tap, sine_test, smallest_tap, tap_map
+from rigsim import RigParameters, sine_test, smallest_tap, tap_map
 
 RIG = RigParameters()
 
@@ -51,8 +51,7 @@ def _agreement(frequency, count, seed):
         places = np.argwhere(inside)
         if len(places):
             row, column = places[generator.integers(len(places))]
-            time = (np.ceil(4 * frequency) + taps.instant[column]) / frequency
-            chosen.append(Tap(taps.velocity[row], taps.duration, time))
+            chosen.append(taps.tap(row, column, after=4.0))
             wanted.append(one)
     test = sine_test(RIG, 3.18, frequency, chosen, duration=8)
     same = [

@@ -1,5 +1,7 @@
 """Figures of which motion is reached: basins on a plane, maps of taps, and integrity along a branch."""
 
+import itertools
+
 import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
@@ -56,19 +58,22 @@ def basins_figure(result):
         figure, ax = subplots(1, 1, alt=alt, height=5.6)
         colors = _image(ax, result.attractors, result.label, 1e3 * result.z, result.speed)
         handles = []
-        for number, (one, color) in enumerate(zip(result.attractors, colors, strict=True)):
+        labels = []
+        for one, color, marker, share in zip(
+            result.attractors, colors, itertools.cycle(_MARKERS), result.share, strict=False
+        ):
+            handle = [Patch(facecolor=color, edgecolor=BLACK)]
             if one.period:
                 points = 1e3 * one.orbit[:, 1], one.orbit[:, 3]
                 face = "white" if one.name == result.around else "none"
-                marker = _MARKERS[number % len(_MARKERS)]
-                ax.plot(*points, linestyle="none", marker=marker, color=BLACK, markerfacecolor=face, markersize=7)
-            label = f"{one.name}: {result.share[number]:.1%} of the box"
-            handles.append(Patch(facecolor=color, edgecolor=BLACK, label=label))
+                handle += ax.plot(*points, marker, color=BLACK, markerfacecolor=face, markersize=7)
+            handles.append(tuple(handle))
+            labels.append(f"{one.name}: {share:.1%} of the box")
         ax.set(xlabel="relative displacement z (mm)", ylabel="relative velocity z' (m/s)")
         ax.set_title(
             f"{flow.frequency:g} Hz, {flow.force:g} N: shaker as on '{result.around}' when the force peaks", loc="left"
         )
-        figure.legend(handles=handles, loc="outside lower center", ncols=3)
+        figure.legend(handles, labels, loc="outside lower center", ncols=3)
         return figure
 
 
