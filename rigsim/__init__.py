@@ -72,7 +72,6 @@ _HOME = {
     "Ledger": "present.ledger",
     "response_slider": "present.response_slider",
     "tap_slider": "present.tap_slider",
-    "tap_slider": "present.tap_slider",
     "force_scenario_figure": "present.figures.response",
     "rig_figure": "present.figures.rig",
     "rigs_figure": "present.figures.rig",
