@@ -110,6 +110,8 @@ class OrbitBranch(Result):
     status: str
     joins: tuple = ()
 
+    plot_name = "orbits_figure"
+
     @property
     def harmonics(self):
         """Multiples of the forcing frequency that were kept."""

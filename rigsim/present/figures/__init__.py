@@ -8,6 +8,7 @@ from .identification import (
     receptance_figure,
     singular_value_figure,
 )
+from .orbits import harmonics_figure, orbits_figure
 from .record import record_figure
 from .response import force_scenario_figure, frequency_response_figure
 from .rig import modes_figure, rig_figure, rigs_figure, statics_figure, wire_law_figure
@@ -20,9 +21,11 @@ __all__ = [
     "distortion_figure",
     "force_scenario_figure",
     "frequency_response_figure",
+    "harmonics_figure",
     "identification_figure",
     "modes_figure",
     "nonlinear_coefficient_figure",
+    "orbits_figure",
     "receptance_figure",
     "record_figure",
     "rig_figure",
