@@ -107,7 +107,7 @@ def attractors(parameters, force, frequency, *, law="exact", box=None, starts=25
         Eq. (1) or Eq. (2).
     box : (4,) array_like, optional
         Half sizes of the box of starts in (xs, z, xs', z'), SI; by default twice the largest single-term amplitudes
-        and omega times that.
+        (or that of the free motion, if larger) and omega times that.
     starts : int
         Quasi-random states to begin from, at least 1. A motion whose basin has the share s of the box is missed with
         a probability of about (1 - s)^starts.
@@ -264,10 +264,18 @@ def quasi_random(count, box, seed):
 
 
 def default_box(parameters, force, frequency):
-    """Half sizes (4,): twice the largest single-term amplitudes of xs and z, and omega times that; SI."""
-    response = frequency_response(oscillator_of(parameters), force, [frequency])
-    sizes = np.array([2 * np.nanmax(np.abs(values)) for values in (response.shaker, response.relative)])
-    return np.concatenate([sizes, 2 * np.pi * frequency * sizes])
+    """Half sizes (4,): twice the largest single-term amplitudes of xs and z, and omega times that; SI.
+
+    Where no single-term solution is as large as the mass's free motion at this frequency on a still shaker, z is
+    measured by that: motions of longer periods outlast the high branch.
+    """
+    oscillator, omega = oscillator_of(parameters), 2 * np.pi * frequency
+    response = frequency_response(oscillator, force, [frequency])
+    shaker, relative = (np.nanmax(np.abs(values)) for values in (response.shaker, response.relative))
+    if oscillator.k3 > 0:
+        relative = max(relative, math.sqrt(max(oscillator.m * omega**2 - oscillator.k1, 0.0) / (0.75 * oscillator.k3)))
+    sizes = 2 * np.array([shaker, relative])
+    return np.concatenate([sizes, omega * sizes])
 
 
 def landscape(parameters, force, frequency, *, law="exact", box=None, starts=256, seed=0):

@@ -109,8 +109,7 @@ def basins(
     samples : int
         Quasi-random states for the shares.
     box : (4,) array_like, optional
-        Half sizes of the box in (xs, z, xs', z'), SI, in which the force peaks; by default twice the largest
-        single-term amplitudes, and omega times that.
+        Half sizes of the box in (xs, z, xs', z'), SI, when the force peaks; for the default see `attractors`.
     starts : int
         States from which motions are searched; see `attractors`.
     seed : int

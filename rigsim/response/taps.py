@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import distance_transform_cdt
 
 from .. import checks
 from ..model.excitation import Tap
@@ -65,6 +66,23 @@ class TapMap(Result):
             s.
         """
         return _bench_tap(self.velocity[row], self.instant[column], self.duration, self.landscape.flow.frequency, after)
+
+    def surest(self, name):
+        """Indices (row, column) of the tap farthest, in cells of the map, from any that leads elsewhere.
+
+        Raises
+        ------
+        ValueError
+            If none leads to the motion of this name.
+        """
+        there = self.reached(name)
+        if not there.any():
+            raise ValueError(f"no tap of the map leads to {name!r}; expected larger velocities or more instants")
+        # Instants go round; beyond the largest velocities nothing is known.
+        around = np.pad(np.tile(there, 3), ((1, 1), (0, 0)))
+        depth = distance_transform_cdt(around)[1:-1, there.shape[1] : 2 * there.shape[1]]
+        row, column = np.unravel_index(depth.argmax(), depth.shape)
+        return int(row), int(column)
 
     def table(self):
         """`pandas.DataFrame`: how many of the taps lead to each motion, and the smallest of them on the grid."""

@@ -12,6 +12,7 @@ from .orbits import harmonics_figure, orbits_figure
 from .record import record_figure
 from .response import force_scenario_figure, frequency_response_figure
 from .rig import modes_figure, rig_figure, rigs_figure, statics_figure, wire_law_figure
+from .subharmonics import subharmonics_figure
 
 __all__ = [
     "basins_figure",
@@ -34,5 +35,6 @@ __all__ = [
     "singular_value_figure",
     "spectrum_figure",
     "statics_figure",
+    "subharmonics_figure",
     "wire_law_figure",
 ]
