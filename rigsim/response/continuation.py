@@ -20,7 +20,7 @@ from numba import njit
 from .harmonic_balance import residual_and_jacobian
 
 # Why a curve ended.
-LOW, HIGH, CLOSED, STUCK, FULL = 0, 1, 2, 3, 4
+LOW, HIGH, CLOSED, STUCK, FULL, MIRROR = 0, 1, 2, 3, 4, 5
 
 _TURN, _AIM = 0.35, 0.12  # rad, in relative lengths
 _SHORTEST, _CROSSING = 1e-9, 1e-5
@@ -176,8 +176,19 @@ def distance(x, other):
 
 
 @njit(cache=True)
-def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, longest, room):
+def _even_dot(x, other):
+    """Product of the even lines and means of two orbits that have all lines."""
+    total = x[0] * other[0]
+    for k in range(2, (x.size - 2) // 2 + 1, 2):
+        total += x[2 * k - 1] * other[2 * k - 1] + x[2 * k] * other[2 * k]
+    return total
+
+
+@njit(cache=True)
+def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, longest, room, mirror=False):
     """The curve from x along ``tangent`` until it leaves (low, high) in Omega, closes, fills the room or is stuck.
+
+    With ``mirror`` (all lines are kept) also until it passes through a symmetric orbit to its own mirror image.
 
     Returns
     -------
@@ -202,6 +213,10 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
             moved = new - here
             moved -= step * along
             good = turn < _TURN and math.sqrt(_dot(moved, moved, sizes)) < 0.3 * step
+            if good and mirror and count > 1:
+                across = _even_dot(new, here)
+                if across < 0.0 or _even_dot(new, new) < 1e-12 * sizes[0] ** 2:
+                    return points[:count].copy(), tangents[:count].copy(), crossed, MIRROR
             good = good and (sign == orientation or step <= _CROSSING)
         if not good:
             step *= 0.5
@@ -319,3 +334,56 @@ def lies_on(numbers, law, period, orders, cosine, sine, points, tangents, x):
         if sign != 0.0 and distance(guess, x) < 1e-6:
             return True
     return False
+
+
+@njit(cache=True)
+def breaking_sign(numbers, law, period, orders, cosine, sine, x):
+    """Sign of the Jacobian's determinant over the even lines and the mean, about a symmetric x that has all lines.
+
+    Where it changes along a curve of symmetric orbits, a curve of asymmetric ones branches off.
+    """
+    even = _even_rows(x.size)
+    jacobian = np.empty((x.size - 1, x.size))
+    residual_and_jacobian(
+        numbers, law, period, orders, cosine, sine, x, np.empty((4, cosine.shape[1])), np.empty(x.size - 1), jacobian
+    )
+    block = np.empty((even.size, even.size))
+    for i in range(even.size):
+        for j in range(even.size):
+            block[i, j] = jacobian[even[i], even[j]]
+    return _solve(block, np.empty((even.size, 0)))
+
+
+@njit(cache=True)
+def _even_rows(size):
+    h = (size - 2) // 2
+    rows = [0]
+    for k in range(2, h + 1, 2):
+        rows.append(2 * k - 1)
+        rows.append(2 * k)
+    return np.array(rows)
+
+
+@njit(cache=True)
+def breaking_direction(numbers, law, period, orders, cosine, sine, x):
+    """Unit direction (relative length, even lines only) in which the symmetric orbit x loses its symmetry.
+
+    By inverse iteration: the even block of the Jacobian is all but singular there.
+    """
+    even = _even_rows(x.size)
+    jacobian = np.empty((x.size - 1, x.size))
+    residual_and_jacobian(
+        numbers, law, period, orders, cosine, sine, x, np.empty((4, cosine.shape[1])), np.empty(x.size - 1), jacobian
+    )
+    vector = np.ones((even.size, 1))
+    for _ in range(6):
+        block = np.empty((even.size, even.size))
+        for i in range(even.size):
+            for j in range(even.size):
+                block[i, j] = jacobian[even[i], even[j]]
+        _solve(block, vector)
+        vector /= math.sqrt((vector**2).sum())
+    direction = np.zeros(x.size)
+    for i in range(even.size):
+        direction[even[i]] = vector[i, 0]
+    return unit_tangent(x, direction)

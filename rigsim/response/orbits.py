@@ -7,7 +7,9 @@ Algorithm:
 2. compare: a seed that lies on a curve already traced is dropped;
 3. trace: arc-length continuation both ways to the ends of the band, or until the curve closes;
 4. fold: every turning point is located and becomes an orbit of the curve;
-5. join: where several curves end at one end of the band, they are followed beyond it to twice its upper frequency
+5. branch off: where orbits can lose their symmetry, the curve of asymmetric ones (even lines and a mean) is traced
+   until it meets the symmetric curve again; its mirror image, half a period later, is not repeated;
+6. join: where several curves end at one end of the band, they are followed beyond it to twice its upper frequency
    or half its lower one, to learn which of them are one curve.
 """
 
@@ -26,7 +28,11 @@ from .continuation import (
     FULL,
     HIGH,
     LOW,
+    MIRROR,
     STUCK,
+    advance,
+    breaking_direction,
+    breaking_sign,
     correct_at,
     distance,
     lies_on,
@@ -47,6 +53,8 @@ _ROOM = 20_000  # orbits a curve may have
 _SAME = 1e-6  # relative distance below which two orbits are one
 
 
+_ROUNDING = 1e-8  # even lines below this share of an orbit's largest are none
+_OFF = 0.03  # relative length of the first step off a symmetric curve
 _NEAR = 0.3  # relative distance within which a single-term solution is an orbit's counterpart
 
 
@@ -142,12 +150,13 @@ class OrbitBranch(Result):
 
     @cached_property
     def disagreements(self):
-        """Tuple of `Disagreement`: where the paper's way to judge stability errs on this curve (period 1 only).
+        """Tuple of `Disagreement`: where the paper's way to judge stability errs on this curve.
 
-        Each orbit is compared with the single-term solution nearest to its line at the forcing frequency, and with
-        none if that lies further than 30 % away. A stretch ends at a special point, or half-way between two orbits.
+        Symmetric orbits of period 1 have a single-term counterpart: the solution nearest to their line at the forcing
+        frequency, unless that lies further than 30 % away. A stretch ends at a special point, or half-way between two
+        orbits.
         """
-        if self.period != 1:
+        if self.period != 1 or not self.symmetric:
             return ()
         theory = frequency_response(self.parameters, self.force, self.frequency)
         apart = abs(theory.relative - self.relative[:, 1:2])
@@ -227,23 +236,28 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
     """
     equations = balance(parameters, force, harmonics, law, period, symmetric=period != 2)
     low, high = _checked_band(band)
-    found, codes, curves = [], [], []
+    curves = []
     seeds = _seeds(parameters, force, low, high)
     with reporting(progress, len(seeds), "periodic orbits") as report:
         for number, (frequency, relative) in enumerate(seeds):
             x = equations.unknowns(frequency, [0] * period + [relative])
             good, _, tangent = correct_at(*equations.system, x, x[-1], 30, 0.3)
-            if good and not any(lies_on(*equations.system, *curve, x) for curve in curves):
-                points, tangents, ends, turns = _curve(equations, x, tangent, low, high)
-                curves.append((points, tangents))
-                codes.append(ends)
-                found.append(_branch(equations, parameters, law, points, ends, turns))
+            if good and not any(lies_on(*equations.system, *curve[:2], x) for curve in curves):
+                curves.append(_curve(equations, x, tangent, low, high))
             report(number + 1)
-    joins, remarks = _joins(equations, curves, codes, low, high)
-    return tuple(
-        replace(branch, joins=join, status=branch.status + remark)
-        for branch, join, remark in zip(found, joins, remarks, strict=True)
-    )
+    groups = [(equations, curves)]
+    if period != 2:
+        every_line = balance(parameters, force, harmonics, law, period)
+        groups.append((every_line, _asymmetric_curves(equations, every_line, curves, low, high)))
+    branches = []
+    for system, members in groups:
+        joins, remarks = _joins(system, members, low, high)
+        first = len(branches)
+        for curve, join, remark in zip(members, joins, remarks, strict=True):
+            branch = _branch(system, parameters, law, *curve)
+            joined = tuple(first + i for i in join)
+            branches.append(replace(branch, joins=joined, status=branch.status + remark))
+    return tuple(branches)
 
 
 def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmonics=9, law="exact", *, period=1):
@@ -288,8 +302,14 @@ def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmoni
             f"relative at frequency = {frequency:g} Hz is not allowed; expected lines close enough to an orbit, "
             f"but Newton's method found none in {steps} steps"
         )
-    points, _, ends, turns = _curve(equations, x, tangent, low, high)
-    return _branch(equations, parameters, law, points, ends, turns)
+    lines = abs(equations.lines(x[None])[3][0])
+    if period != 2 and lines[::2].max() < _ROUNDING * lines.max():
+        symmetric = balance(parameters, force, harmonics, law, period, symmetric=True)
+        x = symmetric.unknowns(frequency, equations.lines(x[None])[3][0])
+        again, _, tangent_there = correct_at(*symmetric.system, x, x[-1], 10, 0.3)
+        if again:
+            equations, tangent = symmetric, tangent_there
+    return _branch(equations, parameters, law, *_curve(equations, x, tangent, low, high))
 
 
 def _checked_band(band):
@@ -351,7 +371,7 @@ def _with_folds(system, points, tangents):
     return points, tangents, tuple((turning + 1 + np.arange(turning.size)).tolist())
 
 
-def _branch(equations, parameters, law, points, ends, turns):
+def _branch(equations, parameters, law, points, _, ends, turns):
     frequency, shaker, mass, relative = equations.lines(points)
     closed = ends[0] == CLOSED
     if closed:
@@ -368,20 +388,77 @@ def _end(code, frequency):
         LOW: f"reaches {frequency:g} Hz",
         HIGH: f"reaches {frequency:g} Hz",
         STUCK: f"stopped at {frequency:.6f} Hz, where Newton's method did not converge at the shortest step",
+        MIRROR: f"meets the symmetric orbits at {frequency:.6f} Hz",
         FULL: f"stopped at {frequency:.6f} Hz, after {_ROOM} orbits",
     }[code]
 
 
-def _joins(equations, curves, codes, low, high):
+def _asymmetric_curves(symmetric, equations, curves, low, high):
+    """Curves that branch off the symmetric ones, of the form of `_curve`, each from or to where it does so."""
+    places = []
+    for points, _, _, _ in curves:
+        full = _with_every_line(symmetric, equations, points)
+        signs = np.array([breaking_sign(*equations.system, x) for x in full])
+        for i in np.flatnonzero(signs[:-1] * signs[1:] < 0):
+            places.append(_breaking_point(symmetric, equations, points[i], points[i + 1], signs[i]))
+    found, used = [], set()
+    edges = low / equations.hertz, high / equations.hertz
+    for number, place in enumerate(places):
+        if number in used:
+            continue
+        direction = breaking_direction(*equations.system, place)
+        for step in (_OFF, 0.3 * _OFF, 0.1 * _OFF):
+            sign, _, first, tangent = advance(*equations.system, place, direction, step)
+            if sign != 0 and edges[0] < first[-1] < edges[1] and distance(first, place) < 3 * step:
+                break
+        else:
+            continue  # asymmetric orbits leave the band at once
+        points, tangents, _, code = trace(*equations.system, first, tangent, *edges, _LONGEST, _ROOM, True)
+        points = np.concatenate([place[None], points])
+        tangents = np.concatenate([unit_tangent(place, direction)[None], tangents])
+        if code == MIRROR:
+            last = min(range(len(places)), key=lambda i: distance(places[i], points[-1]))
+            used.add(last)
+            inwards = breaking_direction(*equations.system, places[last])
+            inwards *= np.sign(np.dot(inwards, points[-1] - points[-2]))
+            points = np.concatenate([points, places[last][None]])
+            tangents = np.concatenate([tangents, inwards[None]])
+        points, tangents, turns = _with_folds(equations.system, points, tangents)
+        found.append((points, tangents, (MIRROR, code), turns))
+    return found
+
+
+def _with_every_line(symmetric, equations, points):
+    frequency, _, _, relative = symmetric.lines(points)
+    return np.array([equations.unknowns(f, z) for f, z in zip(frequency, relative, strict=True)])
+
+
+def _breaking_point(symmetric, equations, start, end, sign):
+    """The orbit, with every line, between two symmetric ones at which the `breaking_sign` changes; by bisection."""
+    length = distance(end, start)
+    chord = (end - start) / length
+    left, right = 0.0, length
+    while right - left > 1e-12:
+        middle = 0.5 * (left + right)
+        _, _, x, _ = advance(*symmetric.system, start, chord, middle)
+        x = _with_every_line(symmetric, equations, x[None])[0]
+        if breaking_sign(*equations.system, x) == sign:
+            left = middle
+        else:
+            right = middle
+    return x
+
+
+def _joins(equations, curves, low, high):
     """For each curve, those it joins outside the band, and a remark on how far that was looked into."""
     joins, remarks = [set() for _ in curves], ["" for _ in curves]
     for code, edge, limit in ((LOW, low, 0.5 * low), (HIGH, high, 2 * high)):
-        ends = [(i, end) for i, pair in enumerate(codes) for end in (0, 1) if pair[end] == code and pair[end] != CLOSED]
+        ends = [(i, end) for i, (_, _, codes, _) in enumerate(curves) for end in (0, 1) if codes[end] == code]
         if len(ends) < 2:
             continue
         within = sorted((edge / equations.hertz, limit / equations.hertz))
         for i, end in ends:
-            points, tangents = curves[i]
+            points, tangents, _, _ = curves[i]
             x, tangent = (points[0], -tangents[0]) if end == 0 else (points[-1], tangents[-1])
             outside, _, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM)
             back = [

@@ -138,3 +138,40 @@ def test_shooting_says_when_it_fails_and_refuses_bad_input():
             shoot_orbit(
                 **{"parameters": RigParameters(), "force": FORCE, "frequency": 30.0, "state": [0, 0, 0, 0], **changes}
             )
+
+
+def test_asymmetric_orbits_branch_off_and_double_their_period_where_shooting_says():
+    rig = RigParameters()
+    branches = periodic_orbits(rig, 20.0, (30, 80), harmonics=15)
+    main, bent = branches[0], branches[-1]
+    assert main.symmetric and not bent.symmetric
+    breaking = [p for p in main.special_points if p.kind == "symmetry breaking"]
+    assert [p.frequency for p in breaking] == pytest.approx([bent.frequency[0], bent.frequency[-1]], abs=1e-4)
+    for i in range(5, bent.frequency.size - 5, 6):
+        shot = bent.shoot(i)
+        assert shot.converged and abs(shot.relative[0]) > 1e-3 * abs(shot.relative[1])  # it keeps its mean
+        assert shot.relative[:6] == pytest.approx(bent.relative[i, :6], abs=1e-7 * abs(shot.relative[1]))
+        assert apart(shot.multipliers, bent.multipliers[i]) < 1e-6
+        # The mirror image, half a period later, is an orbit as well.
+        mirrored = shoot_orbit(rig, 20.0, bent.frequency[i], _half_a_period_later(bent, i))
+        assert mirrored.converged
+        assert mirrored.relative[0] == pytest.approx(-shot.relative[0], rel=1e-4)
+    doublings = [p for p in bent.special_points if p.kind == "period doubling"]
+    assert len(doublings) == 2
+    for point in doublings:
+        shot = bent.shoot(point.index)
+        least = []
+        for f in (point.frequency - 1e-3, point.frequency + 1e-3):
+            for step in np.linspace(0, 1, 4)[1:]:
+                at = bent.frequency[point.index] + step * (f - bent.frequency[point.index])
+                shot = shoot_orbit(rig, 20.0, at, shot.state)
+            least.append(shot.multipliers.real.min())
+        assert min(least) < -1 < max(least)
+
+
+def _half_a_period_later(branch, i):
+    """Minus the state of orbit i half a period after the crest of the force."""
+    sign = -((-1.0) ** np.arange(branch.relative.shape[1]))
+    rate = 2j * np.pi * branch.frequency[i] * np.arange(branch.relative.shape[1])
+    motion = sign * np.array([branch.shaker[i], branch.mass[i]])
+    return np.concatenate([motion.real.sum(axis=1), (rate * motion).real.sum(axis=1)])
