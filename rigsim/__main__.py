@@ -6,6 +6,7 @@ Standard library only, since they start on a fresh clone before anything is inst
 import argparse
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -33,6 +34,7 @@ def main(argv=None):
         return 2
     if rest and not args.passes_on:
         parser.error(f"{args.command} does not know {' '.join(rest)}; see python3 -m rigsim {args.command} --help")
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what we started is stopped with us
     try:
         environment.enter(args.extras)
         return args.run(args, rest)
@@ -218,11 +220,16 @@ def _bench(args, rest):
 def _call(command, folder):
     """Run a command to its end and return its exit status; Ctrl-C is the command's own affair."""
     process = subprocess.Popen(command, cwd=folder, env=_child_settings())
-    while True:
-        try:
-            return process.wait()
-        except KeyboardInterrupt:
-            continue
+    try:
+        while True:
+            try:
+                return process.wait()
+            except KeyboardInterrupt:
+                continue
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            process.wait()
 
 
 def _child_settings():

@@ -295,3 +295,27 @@ def test_benchmarks_show_ratios_to_their_unit():
     assert unit.split()[-1] == "1" and "frequency_response" in done.stdout
     done = subprocess.run([sys.executable, script, "nothing"], env=settings, capture_output=True, text=True)
     assert done.returncode == 1 and done.stderr.startswith("rigsim: no benchmark nothing; there are ")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows ends a process without a signal it could answer")
+def test_who_stops_a_command_stops_what_it_started():
+    sleeper = "import os, time; print(os.getpid(), flush=True); time.sleep(60)"
+    code = (
+        "import sys\nfrom rigsim import __main__ as commands, environment\nenvironment.enter = lambda extras: None\n"
+        f"commands._lab = lambda *_: commands._call([sys.executable, '-c', {sleeper!r}], '.')\ncommands.main(['lab'])"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+        started = int(process.stdout.readline())
+        process.terminate()
+        assert process.wait(20) == 143
+    with pytest.raises(ProcessLookupError):
+        os.kill(started, 0)
+
+
+def test_a_folder_of_the_same_name_does_not_hide_the_package(tmp_path):
+    """As where a script stands beside the clone."""
+    (tmp_path / "rigsim").mkdir()
+    variables = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    code = "from rigsim import RigParameters; print(RigParameters().k1)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=variables, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -8,7 +8,7 @@ from concurrent.futures import as_completed
 
 import numpy as np
 
-from .. import checks
+from .. import __version__, checks
 from .checkpoint import Checkpoint, fingerprint
 from .progress import reporting
 
@@ -80,7 +80,7 @@ def run_chunks(work, chunks, *, description=None, executor=None, progress=False,
     chunks = list(chunks)
     if checkpoint is None:
         return _run(work, chunks, executor, progress, label, {}, lambda number, arrays: None)
-    key = fingerprint(work.__module__, work.__qualname__, chunks, description)
+    key = fingerprint(__version__, work.__module__, work.__qualname__, chunks, description)
     with Checkpoint(checkpoint, key) as store:
         return _run(work, chunks, executor, progress, label, store.load(), store.save)
 
