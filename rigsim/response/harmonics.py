@@ -21,7 +21,7 @@ class HarmonicsWorth(Result):
     ----------
     harmonics : (k,) array of int
     error : (k, 3) array
-        Largest error of xs, x and z (all lines together, relative) of any orbit, across the curve.
+        Largest error of xs, x and z (all lines together, relative) of any symmetric orbit, across the curve.
     shift : (k,) array
         Largest distance of a special point from its place (Hz); infinite if its kind does not occur at all.
     pieces, points : (k,) array of int
@@ -98,6 +98,8 @@ def _errors(branches, count):
     """Largest relative error (3,) of all orbits of the curves if only ``count`` harmonics are kept."""
     largest = np.zeros(3)
     for branch in branches:
+        if not branch.symmetric:  # with too few harmonics there may be none
+            continue
         equations = balance(branch.parameters, branch.force, count, branch.law, symmetric=True)
         points = np.array([equations.unknowns(f, z) for f, z in zip(branch.frequency, branch.relative, strict=True)])
         along = np.gradient(points, axis=0)

@@ -3,7 +3,8 @@
 Algorithm:
 
 1. seed: every solution of the single-term equation (5a), at frequencies across the band, at its ends, and inside
-   every interval with three solutions (so inside every detached curve), is corrected to a converged orbit;
+   every interval with three solutions (so inside every detached curve), is corrected to a converged orbit, by way of
+   fewer harmonics if need be;
 2. compare: a seed that lies on a curve already traced is dropped;
 3. trace: arc-length continuation both ways to the ends of the band, or until the curve closes;
 4. fold: every turning point is located and becomes an orbit of the curve;
@@ -100,7 +101,8 @@ class OrbitBranch(Result):
     folds : tuple of int
         Indices of the orbits at which the frequency turns, located to 1e-6 Hz and better.
     status : str
-        How it ends, at both ends, and why.
+        How it ends, at both ends, and why; and single-term solutions nearby from which no orbit was found, as happens
+        where these have folds that converged orbits do not.
     joins : tuple of int
         Positions, in the tuple it came in, of the curves that it joins outside the band.
     """
@@ -236,15 +238,23 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
     """
     equations = balance(parameters, force, harmonics, law, period, symmetric=period != 2)
     low, high = _checked_band(band)
-    curves = []
+    # Seeds that do not lead to an orbit at once are led there by way of fewer harmonics.
+    fewer = [
+        balance(parameters, force, h, law, period, symmetric=period != 2)
+        for h in range(1, equations.harmonics // period, 2)
+    ]
+    curves, lost = [], []
     seeds = _seeds(parameters, force, low, high)
     with reporting(progress, len(seeds), "periodic orbits") as report:
         for number, (frequency, relative) in enumerate(seeds):
-            x = equations.unknowns(frequency, [0] * period + [relative])
-            good, _, tangent = correct_at(*equations.system, x, x[-1], 30, 0.3)
-            if good and not any(lies_on(*equations.system, *curve[:2], x) for curve in curves):
+            good, x, tangent = _seed_orbit(equations, fewer, frequency, [0] * period + [relative])
+            if not good:
+                lost.append((frequency, relative))
+            elif not any(lies_on(*equations.system, *curve[:2], x) for curve in curves):
                 curves.append(_curve(equations, x, tangent, low, high))
             report(number + 1)
+    if not curves:
+        raise RuntimeError(f"no single-term solution from {low:g} to {high:g} Hz led to a converged orbit")
     groups = [(equations, curves)]
     if period != 2:
         every_line = balance(parameters, force, harmonics, law, period)
@@ -257,6 +267,15 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
             branch = _branch(system, parameters, law, *curve)
             joined = tuple(first + i for i in join)
             branches.append(replace(branch, joins=joined, status=branch.status + remark))
+    for frequency, relative in lost:
+        gaps = [
+            np.hypot(b.frequency / frequency - 1, abs(b.relative[:, period] / relative - 1)).min() for b in branches
+        ]
+        near = int(np.argmin(gaps))
+        remark = (
+            f"; no orbit was found from the single-term solution {abs(relative):.4g} m at {frequency:.6g} Hz nearby"
+        )
+        branches[near] = replace(branches[near], status=branches[near].status + remark)
     return tuple(branches)
 
 
@@ -331,6 +350,20 @@ def _seeds(parameters, force, low, high):
     frequency = np.array([low, high, *inside, *np.geomspace(low, high, _SEEDS)[1:-1]])
     response = frequency_response(oscillator, force, frequency)
     return [(f, z) for f, row in zip(frequency, response.relative, strict=True) for z in row if np.isfinite(z)]
+
+
+def _seed_orbit(equations, fewer, frequency, lines):
+    """(Whether it converged, orbit, tangent) from approximate lines of z (m) at Hz."""
+    x = equations.unknowns(frequency, lines)
+    good, _, tangent = correct_at(*equations.system, x, x[-1], 30, 0.3)
+    if not good:
+        for system in [*fewer, equations]:
+            x = system.unknowns(frequency, lines)
+            good, _, tangent = correct_at(*system.system, x, x[-1], 60, 0.1)
+            if not good:
+                break
+            lines = system.lines(x[None])[3][0]
+    return good, x, tangent
 
 
 def _curve(equations, x, tangent, low, high):

@@ -277,20 +277,22 @@ def stability_changes(equations, points, folds):
     """
     names = ("symmetry breaking" if equations.orders[0] != 0 else "period doubling"), "Neimark-Sacker"
     values = _test_values(equations, points)
-    found = [_special_point(equations, "fold", points[i], i) for i in folds]
+    found = [_special_point(equations, "fold", points[i : i + 1], i) for i in folds]
     for i, test in zip(*np.nonzero(values[:-1] * values[1:] < 0), strict=True):
         length = distance(points[i + 1], points[i])
         chord = (points[i + 1] - points[i]) / length
+        ends = {0.0: values[i, test], length: values[i + 1, test]}
 
-        def value(step, start=points[i], chord=chord, test=test):
-            return _test_values(equations, _step(equations, start, chord, step)[None])[0, test]
+        def value(step, start=points[i], chord=chord, test=test, ends=ends):
+            return (
+                ends[step] if step in ends else _test_values(equations, _step(equations, start, chord, step))[0, test]
+            )
 
-        if value(0.0) * value(length) < 0:
-            place = _step(equations, points[i], chord, brentq(value, 0.0, length, xtol=1e-9))
-            point = _special_point(equations, names[test], place, int(i))
-            on_circle = [m for m in point.multipliers if abs(abs(m) - 1) < 1e-3]
-            if test == 0 or any(abs(m.imag) > _IMAGINARY for m in on_circle):
-                found.append(point)
+        place = _step(equations, points[i], chord, brentq(value, 0.0, length, xtol=1e-9))
+        point = _special_point(equations, names[test], place, int(i))
+        on_circle = [m for m in point.multipliers if abs(abs(m) - 1) < 1e-3]
+        if test == 0 or any(abs(m.imag) > _IMAGINARY for m in on_circle):
+            found.append(point)
     return tuple(sorted(found, key=lambda point: (point.index, point.kind != "fold")))
 
 
@@ -298,12 +300,12 @@ def _step(equations, start, chord, step):
     sign, _, point, _ = advance(*equations.system, start, chord, step)
     if sign == 0:
         raise RuntimeError(f"no orbit was found between two of a traced curve, near Omega = {start[-1]}")
-    return point
+    return point[None]
 
 
 def _special_point(equations, kind, point, index):
-    frequency, *lines = equations.lines(point[None])
+    frequency, *lines = equations.lines(point)
     motion = (complex(line[0, equations.period]) for line in lines)
     return SpecialPoint(
-        kind, float(frequency[0]), int(index), *motion, tuple(hill_multipliers(equations, point[None])[0].tolist())
+        kind, float(frequency[0]), int(index), *motion, tuple(hill_multipliers(equations, point)[0].tolist())
     )

@@ -6,6 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from rigsim.experiment.sine_test import sine_test
+from rigsim.model.excitation import Tap
 from rigsim.model.wires import suspension_force
 from rigsim.parameters import OscillatorParameters, RigParameters
 from rigsim.response.amplitude import frequency_response
@@ -184,3 +186,20 @@ def test_bad_input_is_refused_in_one_line(changes, message):
     with pytest.raises(ValueError, match=message) as caught:
         periodic_orbits(**{"parameters": RigParameters(), "force": FORCE, **changes})
     assert "\n" not in str(caught.value)
+
+
+def test_the_multi_body_rig_settles_on_stable_orbits(branches):
+    """From rest and after a tap, at frequencies where one or two orbits are stable; the rig may tilt as well."""
+    frequency = np.array([15.0, 35.0, 45.0, 70.0, 90.0, 35.0, 45.0])
+    test = sine_test(RigParameters(), FORCE, frequency, tap=[None] * 5 + [Tap()] * 2, duration=4.0)
+    assert (test.status == "settled").all()
+    for f, line in zip(frequency, test.relative, strict=True):
+        near = []
+        for branch in branches:
+            for i in np.flatnonzero((branch.frequency[:-1] - f) * (branch.frequency[1:] - f) <= 0):
+                share = (f - branch.frequency[i]) / (branch.frequency[i + 1] - branch.frequency[i])
+                known = branch.relative[i, 1] + share * (branch.relative[i + 1, 1] - branch.relative[i, 1])
+                near.append((abs(line / known - 1), branch.stable[i]))
+        gap, stable = min(near)
+        assert stable and gap < 5e-3, (f, gap)
+    assert abs(test.relative[5] / test.relative[1]) > 2  # the tap led elsewhere
