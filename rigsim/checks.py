@@ -20,7 +20,7 @@ def real(name, value, unit="", *, low=-math.inf, high=math.inf, low_open=False):
         raise ValueError(f"{name} = {value!r} is not a number; expected {wanted}") from None
     below = number <= low if low_open else number < low
     if not math.isfinite(number) or below or number > high:
-        raise ValueError(f"{name} = {number:g}{_space(unit)} is not allowed; expected {wanted}")
+        raise ValueError(f"{name} = {digits(number)}{_space(unit)} is not allowed; expected {wanted}")
     return number
 
 
@@ -39,7 +39,7 @@ def integer(name, value, *, low, high=math.inf):
     """
     number = real(name, value, low=low, high=high)
     if number != int(number):
-        raise ValueError(f"{name} = {number:g} is not allowed; expected a whole number")
+        raise ValueError(f"{name} = {digits(number)} is not allowed; expected a whole number")
     return int(number)
 
 
@@ -88,10 +88,15 @@ def array(name, values, unit="", *, low=-math.inf, high=math.inf, low_open=False
         first = tuple(int(i) for i in np.argwhere(bad)[0])
         place = ", ".join(map(str, first))
         raise ValueError(
-            f"{name}[{place}] = {result[first]:g}{_space(unit)} is not allowed; "
+            f"{name}[{place}] = {digits(result[first])}{_space(unit)} is not allowed; "
             f"expected {_range(low, high, low_open, unit)}"
         )
     return result
+
+
+def digits(value):
+    """A number as text, with every digit that tells it from a limit close by."""
+    return f"{value:.15g}"
 
 
 def _space(unit):
@@ -100,11 +105,12 @@ def _space(unit):
 
 def _range(low, high, low_open, unit):
     if low == -math.inf and high == math.inf:
-        text = "a finite number"
-    elif high == math.inf:
-        text = f"a finite number {'above' if low_open else 'of at least'} {low:g}"
+        return "a finite number" + (f" (in {unit})" if unit else "")
+    if high == math.inf:
+        text = f"a finite number {'above' if low_open else 'of at least'} {digits(low)}"
     elif low == -math.inf:
-        text = f"a finite number of at most {high:g}"
+        text = f"a finite number of at most {digits(high)}"
     else:
-        text = f"a number {'above' if low_open else 'from'} {low:g} {'and at most' if low_open else 'to'} {high:g}"
+        between = ("above", "and at most") if low_open else ("from", "to")
+        text = f"a number {between[0]} {digits(low)} {between[1]} {digits(high)}"
     return text + _space(unit)

@@ -184,11 +184,13 @@ class RigParameters(_Table):
         )
         if self.d0 > self.d:
             raise ValueError(
-                f"d0 = {self.d0:g} m is not allowed; expected at most the installed length d = {self.d:g} m"
+                f"d0 = {checks.digits(self.d0)} m is not allowed; "
+                f"expected at most the installed length d = {checks.digits(self.d)} m"
             )
         if abs(self.LG) >= self.Lm / 2:
             raise ValueError(
-                f"LG = {self.LG:g} m is not allowed; P must lie on the cylinder, abs(LG) < Lm/2 = {self.Lm / 2:g} m"
+                f"LG = {checks.digits(self.LG)} m is not allowed; P must lie on the cylinder, "
+                f"abs(LG) < Lm/2 = {checks.digits(self.Lm / 2)} m"
             )
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         set_field("wire_sets", checks.integer("wire_sets", self.wire_sets, low=1, high=2))

@@ -115,6 +115,15 @@ def test_sets_lie_on_the_cylinder_about_P():
         ({"m": float("nan")}, "m = nan kg is not allowed"),
         ({"c": float("inf")}, "c = inf N s/m is not allowed"),
         ({"d0": 0.0341}, "d0 = 0.0341 m is not allowed; expected at most the installed length d = 0.034 m"),
+        ({"d0": 0.034000001}, "d0 = 0.034000001 m is not allowed; expected at most the installed length d = 0.034 m"),
+        (
+            {"LG": 0.012500001},
+            "LG = 0.012500001 m is not allowed; P must lie on the cylinder, abs(LG) < Lm/2 = 0.0125 m",
+        ),
+        (
+            {"set_half_spacing": 0.009375001},
+            "set_half_spacing = 0.009375001 m is not allowed; expected a number from 0 to 0.009375 m",
+        ),
         ({"LG": 0.0125}, "LG = 0.0125 m is not allowed"),
         ({"LG": -0.02}, "LG = -0.02 m is not allowed"),
         ({"wire_sets": 3}, "wire_sets = 3 is not allowed"),

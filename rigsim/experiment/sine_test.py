@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import checks
 from ..campaign.run import join, run_chunks, split
-from ..model.chipmunk import STARTS, RigSpace
+from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import CosineForce, Tap, TapForce
 from ..parameters import RigParameters
 from ..results import Result
@@ -15,6 +15,7 @@ from .record import Record
 from .steady import HARMONICS, Status, read_window
 
 _WINDOW = 1.0  # s
+LOWEST = 2 / _WINDOW  # Hz; two whole periods, so that the window's halves can be compared
 _CHUNK = 256  # rigs a Space: the problem's own grain, so that results do not depend on the executor
 _BLOCK = 500  # samples between two looks at the keyboard
 
@@ -191,6 +192,8 @@ def _broadcast(parameters, force, frequency, tap, duration, step):
     for one in rigs:
         if not isinstance(one, RigParameters):
             raise ValueError(f"parameters = {one!r} is not allowed; the multi-body rig expects RigParameters")
+    if rigs:
+        check_step(rigs, step)  # first, for the limits of taps and frequencies follow from it
     taps = list(tap) if np.iterable(tap) else [tap]
     for one in taps:
         if one is None:
@@ -201,12 +204,13 @@ def _broadcast(parameters, force, frequency, tap, duration, step):
         checks.real("tap time", one.time, "s", low=0.0, high=duration - one.duration)
     force = checks.array("force", force, "N", low=0.0, low_open=True)
     highest = 1 / (4 * HARMONICS * step)
-    frequency = checks.array("frequency", frequency, "Hz", low=2 / _WINDOW, high=highest)
+    frequency = checks.array("frequency", frequency, "Hz", low=LOWEST, high=highest)
     lengths = {"parameters": len(rigs), "force": force.size, "frequency": frequency.size, "tap": len(taps)}
     n = max(lengths.values())
     for name, length in lengths.items():
         if length not in (1, n):
-            raise ValueError(f"{name} has {length} elements; expected 1 or {n}, the longest of the arguments")
+            longest = f" or {n}, the longest of the arguments" if n > 1 else ""
+            raise ValueError(f"{name} has {length} elements; expected 1{longest}")
     return (
         tuple(rigs * (n // len(rigs))),
         np.broadcast_to(force, n).copy(),

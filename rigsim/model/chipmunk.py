@@ -99,6 +99,19 @@ class Motion:
     parted: np.ndarray
 
 
+def check_step(parameters, step):
+    """Refuse a step (s) that is too long for the stiffest of the rigs.
+
+    Raises
+    ------
+    ValueError
+        If it is.
+    """
+    limit = min(longest_step(p) for p in set(parameters))
+    if not 0 < step < limit:
+        raise ValueError(f"step = {step:g} s is unstable; expected above 0 and below 2/omega = {limit:.3g} s")
+
+
 class RigSpace:
     """Many rigs side by side in one `pymunk.Space`, stepped together.
 
@@ -119,9 +132,7 @@ class RigSpace:
 
     def __init__(self, parameters, step, start):
         self._rigs, self._wires = pack(parameters)
-        limit = min(longest_step(p) for p in set(parameters))
-        if not 0 < step < limit:
-            raise ValueError(f"step = {step:g} s is unstable; expected above 0 and below 2/omega = {limit:.3g} s")
+        check_step(parameters, step)
         self.step = step
         self._LG = self._rigs["LG"]
         self._mass = np.stack([self._rigs[name] for name in ("ms", "m", "m", "inertia")], axis=1)

@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import checks
 from ..experiment.random_test import random_test
-from ..experiment.sine_test import sine_test
+from ..experiment.sine_test import LOWEST, sine_test
 from ..identification.identify import identify
 from ..model.excitation import Tap
 from ..model.planar import linear_modes, static_equilibrium
@@ -59,7 +59,7 @@ class Evidence:
         if not isinstance(self.rig, RigParameters):
             raise ValueError(f"rig = {self.rig!r} is not allowed; expected RigParameters")
         object.__setattr__(self, "force", checks.positive("force", self.force, "N"))
-        object.__setattr__(self, "frequency", checks.array("frequency", self.frequency, "Hz", low=2.0))
+        object.__setattr__(self, "frequency", checks.array("frequency", self.frequency, "Hz", low=LOWEST))
 
     @cached_property
     def record(self):

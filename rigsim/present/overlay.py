@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import checks
-from ..experiment.sine_test import SineTest, sine_test
+from ..experiment.sine_test import LOWEST, SineTest, sine_test
 from ..experiment.steady import Status
 from ..model.excitation import Tap
 from ..response.amplitude import FrequencyResponse, frequency_response
@@ -163,7 +163,7 @@ def virtual_experiment(rig, force, frequency, theory=None, *, duration=3.0, prog
         If an argument is not allowed.
     """
     theory = rig if theory is None else theory
-    frequency = checks.array("frequency", frequency, "Hz", low=1.0)
+    frequency = checks.array("frequency", frequency, "Hz", low=LOWEST)
     run = {"progress": progress, "executor": executor}
     count = len(frequency)
     tests = [sine_test(rig, force, np.tile(frequency, 2), [None] * count + [Tap()] * count, duration, **run)]
