@@ -11,8 +11,9 @@ period are the squares of the eigenvalues of the half-period map.
 
 The orbit is the single-term approximation, not a solution: where its multipliers pass through the unit circle is
 an approximation too, and a multiplier need not pass +1 at a fold of Eq. (5a). Where the high and middle solutions
-run close together the two can part by tens of Hz: on the paper's rig at 3.18 N the middle solution comes out stable
-from 69 Hz on, though it folds at 107 Hz. Only multipliers about converged orbits decide there.
+run close together the two can part by tens of Hz: on the paper's rig at 3.18 N the high solution comes out unstable
+from 69.0 to 79.1 Hz and the middle one stable from 72.1 Hz on, though they fold only at 106.9 Hz. Only multipliers
+about converged orbits decide there.
 """
 
 import math
