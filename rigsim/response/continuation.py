@@ -176,19 +176,29 @@ def distance(x, other):
 
 
 @njit(cache=True)
-def _even_dot(x, other):
-    """Product of the even lines and means of two orbits that have all lines."""
-    total = x[0] * other[0]
-    for k in range(2, (x.size - 2) // 2 + 1, 2):
-        total += x[2 * k - 1] * other[2 * k - 1] + x[2 * k] * other[2 * k]
+def _breaking_rows(size, parity):
+    """Unknowns, all lines kept, that belong to the even lines and the mean (parity 0) or to the odd ones (1)."""
+    rows = [0 for _ in range(1 - parity)]
+    for k in range(2 - parity, (size - 2) // 2 + 1, 2):
+        rows.append(2 * k - 1)
+        rows.append(2 * k)
+    return np.array(rows)
+
+
+@njit(cache=True)
+def _product(x, other, rows):
+    total = 0.0
+    for i in rows:
+        total += x[i] * other[i]
     return total
 
 
 @njit(cache=True)
-def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, longest, room, mirror=False):
+def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, longest, room, parity=-1):
     """The curve from x along ``tangent`` until it leaves (low, high) in Omega, closes, fills the room or is stuck.
 
-    With ``mirror`` (all lines are kept) also until it passes through a symmetric orbit to its own mirror image.
+    With a parity, 0 or 1, also until its even or its odd lines (all being kept) pass through zero, where it goes over
+    to its own image half an orbit's period later.
 
     Returns
     -------
@@ -213,9 +223,9 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
             moved = new - here
             moved -= step * along
             good = turn < _TURN and math.sqrt(_dot(moved, moved, sizes)) < 0.3 * step
-            if good and mirror and count > 1:
-                across = _even_dot(new, here)
-                if across < 0.0 or _even_dot(new, new) < 1e-12 * sizes[0] ** 2:
+            if good and parity >= 0 and count > 1:
+                rows = _breaking_rows(n, parity)
+                if _product(new, here, rows) < 0.0 or _product(new, new, rows) < 1e-12 * sizes[0] ** 2:
                     return points[:count].copy(), tangents[:count].copy(), crossed, MIRROR
             good = good and (sign == orientation or step <= _CROSSING)
         if not good:
@@ -337,53 +347,43 @@ def lies_on(numbers, law, period, orders, cosine, sine, points, tangents, x):
 
 
 @njit(cache=True)
-def breaking_sign(numbers, law, period, orders, cosine, sine, x):
-    """Sign of the Jacobian's determinant over the even lines and the mean, about a symmetric x that has all lines.
-
-    Where it changes along a curve of symmetric orbits, a curve of asymmetric ones branches off.
-    """
-    even = _even_rows(x.size)
+def _breaking_block(numbers, law, period, orders, cosine, sine, x, rows):
     jacobian = np.empty((x.size - 1, x.size))
     residual_and_jacobian(
         numbers, law, period, orders, cosine, sine, x, np.empty((4, cosine.shape[1])), np.empty(x.size - 1), jacobian
     )
-    block = np.empty((even.size, even.size))
-    for i in range(even.size):
-        for j in range(even.size):
-            block[i, j] = jacobian[even[i], even[j]]
-    return _solve(block, np.empty((even.size, 0)))
+    block = np.empty((rows.size, rows.size))
+    for i in range(rows.size):
+        for j in range(rows.size):
+            block[i, j] = jacobian[rows[i], rows[j]]
+    return block
 
 
 @njit(cache=True)
-def _even_rows(size):
-    h = (size - 2) // 2
-    rows = [0]
-    for k in range(2, h + 1, 2):
-        rows.append(2 * k - 1)
-        rows.append(2 * k)
-    return np.array(rows)
+def breaking_sign(numbers, law, period, orders, cosine, sine, x, parity):
+    """Sign of the Jacobian's determinant over the even lines and the mean, or over the odd lines, where x has none.
 
-
-@njit(cache=True)
-def breaking_direction(numbers, law, period, orders, cosine, sine, x):
-    """Unit direction (relative length, even lines only) in which the symmetric orbit x loses its symmetry.
-
-    By inverse iteration: the even block of the Jacobian is all but singular there.
+    Where it changes along a curve of such orbits, a curve of orbits that do have these lines branches off: parity 0
+    where symmetry breaks, parity 1 (over two forcing periods) where the period doubles.
     """
-    even = _even_rows(x.size)
-    jacobian = np.empty((x.size - 1, x.size))
-    residual_and_jacobian(
-        numbers, law, period, orders, cosine, sine, x, np.empty((4, cosine.shape[1])), np.empty(x.size - 1), jacobian
-    )
-    vector = np.ones((even.size, 1))
+    rows = _breaking_rows(x.size, parity)
+    block = _breaking_block(numbers, law, period, orders, cosine, sine, x, rows)
+    return _solve(block, np.empty((rows.size, 0)))
+
+
+@njit(cache=True)
+def breaking_direction(numbers, law, period, orders, cosine, sine, x, parity):
+    """Unit direction (relative length) in which orbits branch off at x, as for `breaking_sign`.
+
+    By inverse iteration: that block of the Jacobian is all but singular there.
+    """
+    rows = _breaking_rows(x.size, parity)
+    block = _breaking_block(numbers, law, period, orders, cosine, sine, x, rows)
+    vector = np.ones((rows.size, 1))
     for _ in range(6):
-        block = np.empty((even.size, even.size))
-        for i in range(even.size):
-            for j in range(even.size):
-                block[i, j] = jacobian[even[i], even[j]]
-        _solve(block, vector)
+        _solve(block.copy(), vector)
         vector /= math.sqrt((vector**2).sum())
     direction = np.zeros(x.size)
-    for i in range(even.size):
-        direction[even[i]] = vector[i, 0]
+    for i in range(rows.size):
+        direction[rows[i]] = vector[i, 0]
     return unit_tangent(x, direction)

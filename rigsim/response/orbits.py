@@ -9,7 +9,8 @@ Algorithm:
 3. trace: arc-length continuation both ways to the ends of the band, or until the curve closes;
 4. fold: every turning point is located and becomes an orbit of the curve;
 5. branch off: where orbits can lose their symmetry, the curve of asymmetric ones (even lines and a mean) is traced
-   until it meets the symmetric curve again; its mirror image, half a period later, is not repeated;
+   until it meets the symmetric curve again; its mirror image, half a period later, is not repeated. Where these can
+   double their period, the curves of twice the period are traced likewise, if asked for;
 6. join: where several curves end at one end of the band, they are followed beyond it to twice its upper frequency
    or half its lower one, to learn which of them are one curve.
 """
@@ -221,9 +222,9 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
         Multiples of the forcing frequency kept besides the mean, odd and even; 1 is single-term theory (and a mean).
     law : {"exact", "cubic"}
         Eq. (1) or Eq. (2).
-    period : {1, 2, 3}
-        Orbits that repeat after so many forcing periods. For 2 and 3, lines at multiples of f/2 or f/3 are admitted,
-        but seeds are the same, so true subharmonic motions need `continue_orbit`.
+    period : {1, 2}
+        1: every curve above; 2: the curves of twice the period that branch off them inside the band. Subharmonic
+        motions that are connected to none of these need a first orbit, see `continue_orbit`.
     progress : bool or callable
         See `rigsim.campaign.progress.reporting`; counts seeds.
 
@@ -236,18 +237,16 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
     ValueError
         If an input is not allowed, the exact law is asked of a set without wires, or the shaker is undamped.
     """
-    equations = balance(parameters, force, harmonics, law, period, symmetric=period != 2)
+    checks.one_of("period", period, (1, 2))
+    equations = balance(parameters, force, harmonics, law, symmetric=True)
     low, high = _checked_band(band)
     # Seeds that do not lead to an orbit at once are led there by way of fewer harmonics.
-    fewer = [
-        balance(parameters, force, h, law, period, symmetric=period != 2)
-        for h in range(1, equations.harmonics // period, 2)
-    ]
+    fewer = [balance(parameters, force, h, law, symmetric=True) for h in range(1, equations.harmonics, 2)]
     curves, lost = [], []
     seeds = _seeds(parameters, force, low, high)
     with reporting(progress, len(seeds), "periodic orbits") as report:
         for number, (frequency, relative) in enumerate(seeds):
-            good, x, tangent = _seed_orbit(equations, fewer, frequency, [0] * period + [relative])
+            good, x, tangent = _seed_orbit(equations, fewer, frequency, [0, relative])
             if not good:
                 lost.append((frequency, relative))
             elif not any(lies_on(*equations.system, *curve[:2], x) for curve in curves):
@@ -255,10 +254,11 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
             report(number + 1)
     if not curves:
         raise RuntimeError(f"no single-term solution from {low:g} to {high:g} Hz led to a converged orbit")
-    groups = [(equations, curves)]
-    if period != 2:
-        every_line = balance(parameters, force, harmonics, law, period)
-        groups.append((every_line, _asymmetric_curves(equations, every_line, curves, low, high)))
+    every_line = balance(parameters, force, harmonics, law)
+    groups = [(equations, curves), (every_line, _branching_curves(equations, every_line, curves, low, high))]
+    if period == 2:
+        doubled = balance(parameters, force, harmonics, law, period)
+        groups, lost = [(doubled, _branching_curves(*groups[1][:1], doubled, groups[1][1], low, high))], []
     branches = []
     for system, members in groups:
         joins, remarks = _joins(system, members, low, high)
@@ -268,9 +268,7 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
             joined = tuple(first + i for i in join)
             branches.append(replace(branch, joins=joined, status=branch.status + remark))
     for frequency, relative in lost:
-        gaps = [
-            np.hypot(b.frequency / frequency - 1, abs(b.relative[:, period] / relative - 1)).min() for b in branches
-        ]
+        gaps = [np.hypot(b.frequency / frequency - 1, abs(b.relative[:, 1] / relative - 1)).min() for b in branches]
         near = int(np.argmin(gaps))
         remark = (
             f"; no orbit was found from the single-term solution {abs(relative):.4g} m at {frequency:.6g} Hz nearby"
@@ -421,38 +419,41 @@ def _end(code, frequency):
         LOW: f"reaches {frequency:g} Hz",
         HIGH: f"reaches {frequency:g} Hz",
         STUCK: f"stopped at {frequency:.6f} Hz, where Newton's method did not converge at the shortest step",
-        MIRROR: f"meets the symmetric orbits at {frequency:.6f} Hz",
+        MIRROR: f"branches off at {frequency:.6f} Hz",
         FULL: f"stopped at {frequency:.6f} Hz, after {_ROOM} orbits",
     }[code]
 
 
-def _asymmetric_curves(symmetric, equations, curves, low, high):
-    """Curves that branch off the symmetric ones, of the form of `_curve`, each from or to where it does so."""
-    places = []
+def _branching_curves(base, equations, curves, low, high):
+    """Curves that branch off ``curves`` of ``base``, of the form of `_curve`, each from where it does so.
+
+    From symmetric orbits to those with every line, or from those to orbits of twice the period.
+    """
+    places, parity = [], 0 if equations.period == base.period else 1
     for points, _, _, _ in curves:
-        full = _with_every_line(symmetric, equations, points)
-        signs = np.array([breaking_sign(*equations.system, x) for x in full])
+        full = _with_every_line(base, equations, points)
+        signs = np.array([breaking_sign(*equations.system, x, parity) for x in full])
         for i in np.flatnonzero(signs[:-1] * signs[1:] < 0):
-            places.append(_breaking_point(symmetric, equations, points[i], points[i + 1], signs[i]))
+            places.append(_breaking_point(base, equations, points[i], points[i + 1], signs[i], parity))
     found, used = [], set()
     edges = low / equations.hertz, high / equations.hertz
     for number, place in enumerate(places):
         if number in used:
             continue
-        direction = breaking_direction(*equations.system, place)
+        direction = breaking_direction(*equations.system, place, parity)
         for step in (_OFF, 0.3 * _OFF, 0.1 * _OFF):
             sign, _, first, tangent = advance(*equations.system, place, direction, step)
             if sign != 0 and edges[0] < first[-1] < edges[1] and distance(first, place) < 3 * step:
                 break
         else:
-            continue  # asymmetric orbits leave the band at once
-        points, tangents, _, code = trace(*equations.system, first, tangent, *edges, _LONGEST, _ROOM, True)
+            continue  # they leave the band at once
+        points, tangents, _, code = trace(*equations.system, first, tangent, *edges, _LONGEST, _ROOM, parity)
         points = np.concatenate([place[None], points])
         tangents = np.concatenate([unit_tangent(place, direction)[None], tangents])
         if code == MIRROR:
             last = min(range(len(places)), key=lambda i: distance(places[i], points[-1]))
             used.add(last)
-            inwards = breaking_direction(*equations.system, places[last])
+            inwards = breaking_direction(*equations.system, places[last], parity)
             inwards *= np.sign(np.dot(inwards, points[-1] - points[-2]))
             points = np.concatenate([points, places[last][None]])
             tangents = np.concatenate([tangents, inwards[None]])
@@ -461,21 +462,23 @@ def _asymmetric_curves(symmetric, equations, curves, low, high):
     return found
 
 
-def _with_every_line(symmetric, equations, points):
-    frequency, _, _, relative = symmetric.lines(points)
-    return np.array([equations.unknowns(f, z) for f, z in zip(frequency, relative, strict=True)])
+def _with_every_line(base, equations, points):
+    frequency, _, _, relative = base.lines(points)
+    lines = np.zeros((len(points), equations.harmonics + 1), dtype=complex)
+    lines[:, :: equations.period // base.period] = relative
+    return np.array([equations.unknowns(f, z) for f, z in zip(frequency, lines, strict=True)])
 
 
-def _breaking_point(symmetric, equations, start, end, sign):
-    """The orbit, with every line, between two symmetric ones at which the `breaking_sign` changes; by bisection."""
+def _breaking_point(base, equations, start, end, sign, parity):
+    """The orbit, with every line, between two of ``base`` at which the `breaking_sign` changes; by bisection."""
     length = distance(end, start)
     chord = (end - start) / length
     left, right = 0.0, length
     while right - left > 1e-12:
         middle = 0.5 * (left + right)
-        _, _, x, _ = advance(*symmetric.system, start, chord, middle)
-        x = _with_every_line(symmetric, equations, x[None])[0]
-        if breaking_sign(*equations.system, x) == sign:
+        _, _, x, _ = advance(*base.system, start, chord, middle)
+        x = _with_every_line(base, equations, x[None])[0]
+        if breaking_sign(*equations.system, x, parity) == sign:
             left = middle
         else:
             right = middle

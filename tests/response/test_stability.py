@@ -175,3 +175,18 @@ def _half_a_period_later(branch, i):
     rate = 2j * np.pi * branch.frequency[i] * np.arange(branch.relative.shape[1])
     motion = sign * np.array([branch.shaker[i], branch.mass[i]])
     return np.concatenate([motion.real.sum(axis=1), (rate * motion).real.sum(axis=1)])
+
+
+def test_curves_of_twice_the_period_join_the_doublings():
+    rig = RigParameters()
+    bent = periodic_orbits(rig, 20.0, (30, 80), harmonics=23)[-1]
+    (doubled,) = periodic_orbits(rig, 20.0, (30, 80), harmonics=23, period=2)
+    places = sorted(p.frequency for p in bent.special_points if p.kind == "period doubling")
+    assert sorted([doubled.frequency[0], doubled.frequency[-1]]) == pytest.approx(places, abs=1e-4)
+    assert doubled.stable[1:-1].all()
+    for i in range(3, doubled.frequency.size - 3, 4):
+        shot = doubled.shoot(i)
+        assert shot.converged and abs(shot.relative[1]) > 1e-4 * abs(shot.relative[2])  # a line at half the frequency
+        assert shot.relative[:8] == pytest.approx(doubled.relative[i, :8], abs=1e-6 * abs(shot.relative[2]))
+        assert apart(shot.multipliers, doubled.multipliers[i]) < 1e-4  # over two periods, from a truncated orbit
+    assert periodic_orbits(rig, FORCE, (40, 80), period=2) == ()
