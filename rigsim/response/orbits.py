@@ -255,10 +255,11 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
     if not curves:
         raise RuntimeError(f"no single-term solution from {low:g} to {high:g} Hz led to a converged orbit")
     every_line = balance(parameters, force, harmonics, law)
-    groups = [(equations, curves), (every_line, _branching_curves(equations, every_line, curves, low, high))]
+    bent = _branching_curves(equations, every_line, curves, low, high)
+    groups = [(equations, curves), (every_line, bent)]
     if period == 2:
         doubled = balance(parameters, force, harmonics, law, period)
-        groups, lost = [(doubled, _branching_curves(*groups[1][:1], doubled, groups[1][1], low, high))], []
+        groups, lost = [(doubled, _branching_curves(every_line, doubled, bent, low, high))], []
     branches = []
     for system, members in groups:
         joins, remarks = _joins(system, members, low, high)
