@@ -194,11 +194,11 @@ def _product(x, other, rows):
 
 
 @njit(cache=True)
-def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, longest, room, parity=-1):
+def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, longest, room, parity):
     """The curve from x along ``tangent`` until it leaves (low, high) in Omega, closes, fills the room or is stuck.
 
-    With a parity, 0 or 1, also until its even or its odd lines (all being kept) pass through zero, where it goes over
-    to its own image half an orbit's period later.
+    With a parity of 0 or 1, not -1, also until its even or its odd lines (all being kept) pass through zero, where it
+    goes over to its own image half an orbit's period later.
 
     Returns
     -------

@@ -369,10 +369,10 @@ def _curve(equations, x, tangent, low, high):
     """Orbits of the whole curve through x, their tangents, why it ends at its two ends, indices of its folds."""
     edges = low / equations.hertz, high / equations.hertz
     system = equations.system
-    points, tangents, crossed, code = trace(*system, x, tangent, *edges, _LONGEST, _ROOM)
+    points, tangents, _, code = trace(*system, x, tangent, *edges, _LONGEST, _ROOM, -1)
     ends = code, code
     if code != CLOSED:
-        back, back_tangents, back_crossed, other = trace(*system, x, -tangent, *edges, _LONGEST, _ROOM)
+        back, back_tangents, _, other = trace(*system, x, -tangent, *edges, _LONGEST, _ROOM, -1)
         points = np.concatenate([back[:0:-1], points])
         tangents = np.concatenate([-back_tangents[:0:-1], tangents])
         ends = other, code
@@ -497,7 +497,7 @@ def _joins(equations, curves, low, high):
         for i, end in ends:
             points, tangents, _, _ = curves[i]
             x, tangent = (points[0], -tangents[0]) if end == 0 else (points[-1], tangents[-1])
-            outside, _, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM)
+            outside, _, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM, -1)
             back = [
                 j for j, other in ends if (j, other) != (i, end) and distance(outside[-1], curves[j][0][-other]) < _SAME
             ]
