@@ -31,7 +31,7 @@ _HARMONICS = 9
 _SAMPLES = 64  # a period, for the lines
 _BLOCK = 64  # periods between two looks for orbits
 _PATIENCE = 30  # e-foldings of the slowest linear mode after which what does not repeat is aperiodic
-_CHUNK = 512  # states that one thread takes at a time
+_CHUNK = 128  # states that one thread takes at a time
 
 
 @dataclass(frozen=True, eq=False, repr=False)

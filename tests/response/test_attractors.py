@@ -87,7 +87,7 @@ def test_checkpoint_spares_what_is_done(at_30, tmp_path):
     seen = []
     first = at_30.settle(states, checkpoint=tmp_path / "c")
     again = at_30.settle(states, checkpoint=tmp_path / "c", progress=lambda done, total: seen.append((done, total)))
-    assert np.array_equal(first, again) and seen[0] == (2, 2)
+    assert np.array_equal(first, again) and seen[0] == (6, 6)  # every chunk was there from the start
 
 
 def test_rare_motions_are_learnt_from_the_states_that_lead_there(at_30):
@@ -112,6 +112,10 @@ def test_quasi_periodic_motion_has_no_period():
     one = found[-1]
     assert one.name == "aperiodic" and one.period == 0 and one.amplitude > 2e-3
     assert "no period" in one.summary() and one.frequency.size == 0
+
+
+def test_box_is_wide_enough_where_the_high_branch_has_ended():
+    assert [one.name for one in attractors(RIG, 3.18, 110.0, starts=64)] == ["only", "subharmonic 1/3"]
 
 
 def test_cubic_law_of_an_identified_rig():

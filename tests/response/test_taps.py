@@ -22,6 +22,14 @@ def test_no_tap_changes_nothing(taps):
     assert (mirrored == taps.label).mean() > 0.99
 
 
+def test_surest_tap_is_surrounded_by_its_like(taps):
+    row, column = taps.surest("high")
+    there = np.roll(taps.reached("high"), 12 - column, axis=1)
+    assert 1 < row < 39 and there[row - 2 : row + 3, 10:15].all()
+    with pytest.raises(ValueError, match="attractor = 'middle'"):
+        taps.surest("middle")
+
+
 @pytest.mark.parametrize("name", ["high", "subharmonic 1/2"])
 def test_smallest_tap_is_verified_and_smaller_ones_fail(taps, name):
     found = smallest_tap(taps, name)
