@@ -255,6 +255,8 @@ class _Document:
         if "<table" not in html:
             return html
         soup = BeautifulSoup(html, "html.parser")
+        for sheet in soup.find_all("style", attrs={"scoped": True}):
+            sheet.decompose()  # pandas': it would set every head flush right, over text too
         for table in soup.find_all("table"):
             self.tables += 1
             for cell in table.find_all("th"):

@@ -132,7 +132,7 @@ def test_branches_hold_theory_the_rig_and_what_was_missed(test):
         theory = frequency_response(RIG, 3.18, [30.0])
         cross = crosses[[f == 30 and b == "high" for f, b in missing]]
         np.testing.assert_allclose(cross, [[30, 1e3 * abs(getattr(theory, name)[0, 2])]])
-        assert axes.get_yscale() == "log" and axes.get_xlim() == (10, 80)
+        assert axes.get_yscale() == "log" and axes.get_xlim()[0] < 10 < 80 < axes.get_xlim()[1]
         assert "nominal theory, stable" in drawn and "theory, unstable" in drawn
         assert axes.get_ylabel().endswith("(mm)")
     assert "low branch" in figure.alt and "not reached" in figure.alt

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
+import pandas as pd
 import pytest
 from bs4 import BeautifulSoup
 from nbformat.v4 import new_code_cell, new_markdown_cell
@@ -94,6 +95,12 @@ def test_tables_name_their_headers_and_align_numbers():
     assert [cell.text for cell in soup.find_all(class_="number")] == ["k", "-1.5e-3", "2 %"]
     box = soup.find("div")
     assert box["role"] == "region" and box["aria-label"] == "Table 1"
+
+
+def test_pandas_heads_stand_as_their_columns_do():
+    table = pd.DataFrame({"kind": ["inner"], "low [Hz]": [20.5]})._repr_html_()
+    assert "text-align: right" in re.search(r"(?s)<style scoped.*?</style>", table)[0]
+    assert "<style" not in _Document(Path("x.ipynb")).accessible_tables(table)
 
 
 def test_printed_text_is_what_a_terminal_would_leave():

@@ -19,6 +19,7 @@ _STATUS = {
     Status.IRREGULAR: {"marker": "s", "color": PURPLE},
     Status.PARTED: {"marker": "X", "color": RED},
 }
+_MARGIN = 0.012  # of the band, so that symbols at its ends are whole
 _CIRCLE = {"marker": "o", "markersize": 5}
 _STRAY = {"marker": ".", "markersize": 4}
 # The paper's circles for points on a branch of the theory, other shapes for the rest.
@@ -159,7 +160,7 @@ def branches_figure(overlay, nominal=None, band=(10.0, 80.0)):
                 amplitude = 1e3 * abs(getattr(overlay.response, quantity)[index, column])
                 look = {"marker": "x", "color": BLACK, "label": "stable in theory, not reached", "zorder": 4}
                 _points(axes, overlay.response.frequency[index], amplitude, look)
-            axes.set_xlim(low, high)
+            axes.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
         figure.align_ylabels(grid)
         _legend(figure, grid)
     return figure

@@ -1,6 +1,7 @@
 """The rig drawn to scale from its parameters, its wires' force law, and how it hangs and rocks."""
 
 import numpy as np
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Wedge
 
 from ... import checks
@@ -326,7 +327,7 @@ def _dimensions(axes, p, q, top):
 
 
 def modes_figure(parameters, largest=4e-3):
-    """Mode shapes of the rig about its static equilibrium, drawn on the rig.
+    """Mode shapes of the rig about its static equilibrium, drawn on the rig; their amplitude is arbitrary.
 
     Parameters
     ----------
@@ -349,7 +350,7 @@ def modes_figure(parameters, largest=4e-3):
     rest, modes = static_equilibrium(parameters).coordinates, linear_modes(parameters)
     told = [f"{name} {f:.4g} Hz" for name, f in zip(modes.names, modes.frequency, strict=True)]
     sets = _WORDS[parameters.wire_sets]
-    alt = f"Mode shapes of the rig with {sets}, thick on the rig at rest: {', '.join(told)}."
+    alt = f"Mode shapes of the rig with {sets}, thick on the grey rig at rest, not to scale: {', '.join(told)}."
     with style():
         figure, grid = subplots(1, 4, alt=alt, width=11.0, height=4.4, sharex=True, sharey=True)
         still = rig_parts(parameters, rest)
@@ -367,6 +368,9 @@ def modes_figure(parameters, largest=4e-3):
                 axes.plot(*(1e3 * parts["wires"]).T, **look | {"linewidth": 0.8})
             axes.set(xlabel="x (mm)", title=f"{text}\ndamping {100 * damping:.2f} %", aspect="equal")
         grid[0].set_ylabel("y (mm)")
+        looks = {"at rest": GREY, "in the mode (amplitude and sign arbitrary)": RED}
+        lines = [Line2D([], [], color=color, label=text) for text, color in looks.items()]
+        figure.legend(handles=lines, loc="outside upper center", ncols=2)
     return figure
 
 
