@@ -13,14 +13,13 @@ from .ledger_rows import OTHER_RIG, PAPER_RIG, ROWS, Number
 CLOSE = 1e-3  # relative difference still called close, beyond the printed digits
 _KEY = (
     "A number agrees (yes) where it rounds to the printed digits, and is close within 0.1 %. A claim holds, holds "
-    "partly, or does not. Branches are called low, middle and high, by the size of z, where theory has three "
-    "solutions, and only where it has one."
+    "partly, or does not. Where theory has three solutions, they are called low, middle and high by the size of z."
 )
 _NUMERIC = ' class="number"'
 _STYLE = (
-    ".rigsim-ledger table{width:100%;min-width:44em;table-layout:fixed;margin:0 0 1em}"
+    ".rigsim-ledger table{width:100%;min-width:46em;table-layout:fixed;margin:0 0 1em}"
     ".rigsim-ledger caption{text-align:left;font-weight:600;padding:.6em 0 .2em}"
-    ".rigsim-ledger th,.rigsim-ledger td{text-align:left;vertical-align:top;white-space:normal}"
+    ".rigsim-ledger th,.rigsim-ledger td{text-align:left;vertical-align:top;white-space:normal;padding:.3em .5em}"
     ".rigsim-ledger .number{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}"
     ".rigsim-ledger tbody th{font-weight:400}.rigsim-ledger .no td:nth-last-child(2){font-weight:700}"
 )
@@ -210,7 +209,7 @@ def _table(section, rows, kind):
     if not rows:
         return ""
     if kind == "number":
-        heads = {"quantity": 23, "printed": 10, "computed": 11, "difference": 12, "%": 9, "agrees": 9, "cause": 26}
+        heads = {"quantity": 22, "printed": 11, "computed": 13, "difference": 13, "%": 10, "agrees": 9, "cause": 22}
         title = f"{section}: numbers"
     else:
         heads = {"claim": 29, "what is found": 35, "holds": 8, "remark": 28}

@@ -352,7 +352,7 @@ def modes_figure(parameters, largest=4e-3):
     sets = _WORDS[parameters.wire_sets]
     alt = f"Mode shapes of the rig with {sets}, thick on the grey rig at rest, not to scale: {', '.join(told)}."
     with style():
-        figure, grid = subplots(1, 4, alt=alt, width=11.0, height=4.4, sharex=True, sharey=True)
+        figure, grid = subplots(1, 4, alt=alt, width=11.0, height=5.0, sharex=True, sharey=True)
         still = rig_parts(parameters, rest)
         for axes, shape, text, damping in zip(grid, modes.shape, told, modes.damping, strict=True):
             # To first order the corners move in proportion, so one step tells how far to go.
