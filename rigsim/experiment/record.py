@@ -1,8 +1,9 @@
 """`Record`: the channels of a test, and the two plain file formats they travel in."""
 
+import csv
 import json
 import os
-from dataclasses import asdict, dataclass
+from dataclasses import MISSING, asdict, dataclass, fields
 from pathlib import Path
 from uuid import uuid4
 
@@ -151,16 +152,25 @@ class Record(Result):
             raise
 
     @classmethod
-    def load(cls, path):
+    def load(cls, path, hold=None):
         """Read a file that `save` wrote, or a ``.csv`` of one's own in the same form.
 
-        The least a first line can say is ``# {"sample_rate": 2000}``; the second names the
-        columns, force, shaker and mass in any order, in N and m.
+        The least a first line can say is ``# {"sample_rate": 2000, "hold": "zero"}``; the second
+        names the columns, force, shaker and mass in any order, in N and m. A column ``time`` (s)
+        must be evenly spaced, and stands for the sample rate where the first line names none.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+        hold : {"zero", "linear", "band-limited"}, optional
+            What the force did between samples, where the file does not say it.
 
         Raises
         ------
         ValueError
-            If the suffix is unknown, the file is not in that form, or its values are not allowed.
+            If the suffix is unknown, the file is not in that form, it and ``hold`` say no hold
+            or two, or its values are not allowed.
         """
         path = Path(path)
         read = _format(path, _READERS)
@@ -168,18 +178,56 @@ class Record(Result):
         for name in ("force", "shaker", "mass"):
             if name not in channels:
                 raise ValueError(f"{path} has no channel {name}; expected force, shaker and mass")
+        for name in details:
+            checks.one_of(f"detail in {path}", name, ("sample_rate", *_DETAILS))
+        for name in channels:
+            checks.one_of(f"channel in {path}", name, (*UNITS, "time"))
+        if "time" in channels:
+            details["sample_rate"] = _rate_of(path, channels.pop("time"), details.get("sample_rate"))
         if "sample_rate" not in details:
             raise ValueError(f'{path} has no sample rate; expected a first line such as # {{"sample_rate": 2000}}')
-        known = ("sample_rate", *_DETAILS)
-        for name in details:
-            checks.one_of(f"detail in {path}", name, known)
-        for name in channels:
-            checks.one_of(f"channel in {path}", name, tuple(UNITS))
-        tested = details.pop("parameters", None)
-        if tested is not None:
-            kind = _KINDS[checks.one_of(f"kind of parameters in {path}", tested.pop("kind", None), tuple(_KINDS))]
-            tested = kind(**tested)
+        if hold is not None and details.setdefault("hold", hold) != hold:
+            raise ValueError(f"hold = {hold!r} is not allowed; {path} says {details['hold']!r}")
+        if "hold" not in details:
+            raise ValueError(
+                f"{path} does not say what the force did between samples; expected hold in its first line or as an "
+                f"argument, one of {', '.join(map(repr, HOLDS))}"
+            )
+        tested = _tested(path, details.pop("parameters", None))
         return cls(**channels, **details, parameters=tested)
+
+
+def _rate_of(path, time, said):
+    """Sample rate that an evenly spaced ``time`` (s) gives: what the file said, if that agrees."""
+    time = checks.array(f"time in {path}", time, "s", min_size=2)
+    steps = np.diff(time)
+    mean = (time[-1] - time[0]) / steps.size
+    # Instants are often written with few digits; a lost sample doubles a step, a drifting clock gains whole ones.
+    drift = np.abs(time - (time[0] + mean * np.arange(time.size))).max()
+    if not mean > 0 or np.abs(steps - mean).max() > 0.45 * mean or drift > mean:
+        raise ValueError(f"time in {path} is not evenly spaced; expected rising steps of one length")
+    if said is None:
+        return 1 / mean
+    if abs(checks.positive(f"sample_rate in {path}", said, "Hz") * mean - 1) > 1e-3:
+        raise ValueError(f"sample_rate in {path} = {said:g} Hz is not allowed; its time gives {1 / mean:g} Hz")
+    return said
+
+
+def _tested(path, values):
+    """Parameters from their JSON object."""
+    if values is None:
+        return None
+    if not isinstance(values, dict):
+        raise ValueError(f"parameters in {path} = {values!r} is not allowed; expected an object with a kind")
+    values = dict(values)
+    kind = _KINDS[checks.one_of(f"kind of parameters in {path}", values.pop("kind", None), tuple(_KINDS))]
+    known = {item.name: item for item in fields(kind)}
+    for name in values:
+        checks.one_of(f"parameter in {path}", name, tuple(known))
+    missing = [name for name, item in known.items() if item.default is MISSING and name not in values]
+    if missing:
+        raise ValueError(f"parameters in {path} lack {', '.join(missing)}; expected every value of {kind.__name__}")
+    return kind(**values)
 
 
 def _details(record):
@@ -197,18 +245,22 @@ def _write_csv(record, path):
 
 
 def _read_csv(path):
-    with open(path, encoding="utf-8") as file:
-        first, names = file.readline(), file.readline()
-    try:
-        details = json.loads(first.removeprefix("#"))
-        values = np.loadtxt(path, delimiter=",", skiprows=2, ndmin=2)
-    except ValueError as error:
-        raise ValueError(f"{path} cannot be read as a record: {error}") from None
-    names = [name.strip() for name in names.split(",")]
+    # Spreadsheets put a byte order mark first.
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        try:
+            first, names = file.readline(), file.readline()
+            details = json.loads(first.removeprefix("#"))
+            values = np.loadtxt(file, delimiter=",", quotechar='"', ndmin=2)
+        except ValueError as error:
+            raise ValueError(f"{path} cannot be read as a record: {error}") from None
+    names = [name.strip() for name in next(csv.reader([names], skipinitialspace=True), [])]
     if not first.startswith("#") or not isinstance(details, dict) or len(names) != values.shape[1]:
         raise ValueError(
             f"{path} is not a record; expected a line # {{...}}, a line of channel names and as many columns"
         )
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{path} names the channel {name} {names.count(name)} times; expected each once")
     return details, dict(zip(names, values.T, strict=True))
 
 
@@ -224,12 +276,18 @@ def _write_netcdf(record, path):
 def _read_netcdf(path):
     import xarray as xr
 
-    # decode_times would turn a time in seconds into calendar differences.
-    with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
-        if "rigsim_record" not in dataset.attrs:
-            raise ValueError(f"{path} is not a record; expected an attribute rigsim_record")
-        details = json.loads(dataset.attrs["rigsim_record"])
-        return details, {str(name): dataset[name].values for name in dataset.data_vars}
+    try:
+        # decode_times would turn a time in seconds into calendar differences.
+        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
+            details = json.loads(dataset.attrs.get("rigsim_record", "null"))
+            channels = {str(name): dataset[name].values for name in dataset.data_vars}
+    except FileNotFoundError:
+        raise
+    except (OSError, ValueError, TypeError) as error:
+        raise ValueError(f"{path} cannot be read as a record: {' '.join(str(error).split())}") from None
+    if not isinstance(details, dict):
+        raise ValueError(f"{path} is not a record; expected an attribute rigsim_record")
+    return details, channels
 
 
 _WRITERS = {".csv": _write_csv, ".nc": _write_netcdf}

@@ -11,6 +11,9 @@ from hypothesis.extra.numpy import arrays
 from rigsim.experiment.record import Record
 from rigsim.parameters import OscillatorParameters, RigParameters
 
+HEADER = '# {"sample_rate": 5, "hold": "zero", "parameters": %s}\n'
+ROWS = "force,shaker,mass\n1,2,3\n4,5,6\n"
+
 
 def small(**changes):
     rng = np.random.default_rng(1)
@@ -94,9 +97,9 @@ def test_any_finite_numbers_survive_a_csv(tmp_path_factory, values):
 
 def test_a_user_can_write_the_least_csv(tmp_path):
     path = tmp_path / "mine.csv"
-    path.write_text('# {"sample_rate": 500}\nmass, force, shaker\n1,2,3\n4,5,6\n')
+    path.write_text('# {"sample_rate": 500, "hold": "linear"}\nmass, force, shaker\n1,2,3\n4,5,6\n')
     record = Record.load(path)
-    assert record.sample_rate == 500 and record.hold == "zero"
+    assert record.sample_rate == 500 and record.hold == "linear"
     np.testing.assert_array_equal(record.force, [2, 5])
 
 
@@ -107,10 +110,26 @@ def test_a_user_can_write_the_least_csv(tmp_path):
         ('# {"sample_rate": 5}\nforce,shaker\n1,2\n3,4\n', "no channel mass"),
         ('# {"hold": "zero"}\nforce,shaker,mass\n1,2,3\n4,5,6\n', "no sample rate"),
         ('# {"sample_rate": 5, "colour": 1}\nforce,shaker,mass\n1,2,3\n4,5,6\n', "colour"),
-        ('# {"sample_rate": 5}\nforce,shaker,mass\n1,2,3\n4,nan,6\n', r"shaker\[1\] = nan m"),
+        ('# {"sample_rate": 5, "hold": "zero"}\nforce,shaker,mass\n1,2,3\n4,nan,6\n', r"shaker\[1\] = nan m"),
         ('# {"sample_rate": 5}\nforce,shaker,mass\n1,2,3\n4,six,6\n', "cannot be read as a record"),
         ('# {"sample_rate": 5}\nforce,shaker,mass\n1,2,3,4\n', "as many columns"),
-        ('# {"sample_rate": 5, "parameters": {"kind": "os"}}\nforce,shaker,mass\n1,2,3\n4,5,6\n', "'os'"),
+        (
+            '# {"sample_rate": 5}\nforce,shaker,mass\n1,2,3\n4,5,6\n',
+            "hold in its first line or as an argument, one of 'zero'",
+        ),
+        ('# {"sample_rate": 5}\nforce,force,shaker,mass\n1,2,3,4\n4,5,6,7\n', "names the channel force 2 times"),
+        ("# []\nforce,shaker,mass\n1,2,3\n", "is not a record"),
+        (HEADER % "[1, 2]" + ROWS, r"parameters in .* = \[1, 2\] is not allowed"),
+        (HEADER % '{"kind": "RigParameters", "colour": 1}' + ROWS, "parameter in .* = 'colour'"),
+        (HEADER % '{"kind": "OscillatorParameters", "ms": 1, "ks": 1}' + ROWS, "lack cs, m, c, k1, k3"),
+        (HEADER % '{"kind": ["os"]}' + ROWS, "kind of parameters"),
+        ('# {"hold": "zero"}\ntime,force,shaker,mass\n0,1,2,3\n1,4,5,6\n3,4,5,6\n4,1,1,1\n', "not evenly spaced"),
+        ('# {"hold": "zero"}\ntime,force,shaker,mass\n0,1,2,3\n0,4,5,6\n', "not evenly spaced"),
+        ('# {"hold": "zero", "sample_rate": 5}\ntime,force,shaker,mass\n0,1,2,3\n1,4,5,6\n', "its time gives 1 Hz"),
+        (
+            '# {"sample_rate": 5, "hold": "zero", "parameters": {"kind": "os"}}\nforce,shaker,mass\n1,2,3\n4,5,6\n',
+            "'os'",
+        ),
     ],
 )
 def test_bad_files_are_named(tmp_path, text, message):
@@ -118,6 +137,37 @@ def test_bad_files_are_named(tmp_path, text, message):
     path.write_text(text)
     with pytest.raises(ValueError, match=message):
         Record.load(path)
+
+
+def test_a_spreadsheet_s_csv_with_time_is_read(tmp_path):
+    path = tmp_path / "mine.csv"
+    text = '# {"hold": "zero"}\r\n"time", "force","shaker","mass"\r\n0,1,2,3\r\n0.002,4,5,6\r\n0.004,7,8,9\r\n'
+    path.write_bytes(text.encode("utf-8-sig"))
+    record = Record.load(path)
+    assert record.sample_rate == pytest.approx(500)
+    np.testing.assert_array_equal(record.mass, [3, 6, 9])
+
+
+def test_the_hold_may_be_told_at_loading_but_not_twice(tmp_path):
+    path = tmp_path / "mine.csv"
+    path.write_text('# {"sample_rate": 5}\n' + ROWS)
+    assert Record.load(path, hold="band-limited").hold == "band-limited"
+    with pytest.raises(ValueError, match="hold = 'cubic'"):
+        Record.load(path, hold="cubic")
+    small(hold="linear").save(path)
+    assert Record.load(path, hold="linear").hold == "linear"
+    with pytest.raises(ValueError, match="says 'linear'"):
+        Record.load(path, hold="zero")
+
+
+def test_a_broken_netcdf_is_named(tmp_path):
+    path = tmp_path / "broken.nc"
+    path.write_bytes(b"no netCDF at all")
+    with pytest.raises(ValueError, match="broken.nc cannot be read as a record") as caught:
+        Record.load(path)
+    assert "\n" not in str(caught.value)
+    with pytest.raises(FileNotFoundError):
+        Record.load(tmp_path / "none.nc")
 
 
 def test_unknown_suffix(tmp_path):
