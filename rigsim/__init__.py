@@ -79,6 +79,7 @@ _HOME = {
     "response_slider": "present.response_slider",
     "tap_slider": "present.tap_slider",
     "force_scenario_figure": "present.figures.response",
+    "response_surface_figure": "present.figures.surface",
     "rig_figure": "present.figures.rig",
     "rigs_figure": "present.figures.rig",
     "wire_law_figure": "present.figures.rig",

@@ -13,6 +13,7 @@ from .record import record_figure
 from .response import force_scenario_figure, frequency_response_figure
 from .rig import modes_figure, rig_figure, rigs_figure, statics_figure, wire_law_figure
 from .subharmonics import subharmonics_figure
+from .surface import response_surface_figure
 
 __all__ = [
     "basins_figure",
@@ -29,6 +30,7 @@ __all__ = [
     "orbits_figure",
     "receptance_figure",
     "record_figure",
+    "response_surface_figure",
     "rig_figure",
     "rigs_figure",
     "sine_test_figure",
