@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
+ON_REQUEST = ("peers",)  # minutes, and an environment of its own
 
 
 def fastest(function, repeats=5):
@@ -42,10 +43,10 @@ def table(title, rows):
 
 
 def main(arguments=None):
-    """Run the benchmarks named, all by default; return the exit status."""
+    """Run the benchmarks named, by default all but those on request; return the exit status."""
     parser = argparse.ArgumentParser(prog="python3 -m rigsim bench")
     parser.add_argument("names", nargs="*")
-    names = parser.parse_args(arguments).names or known()
+    names = parser.parse_args(arguments).names or [name for name in known() if name not in ON_REQUEST]
     unknown = [name for name in names if name not in known()]
     if unknown:
         print(f"rigsim: no benchmark {unknown[0]}; there are {', '.join(known())}", file=sys.stderr)
