@@ -6,7 +6,9 @@ import numpy as np
 from scipy import signal
 
 from .. import checks
-from ..model.modes import Modes
+from ..experiment.record import HOLDS, Record
+from ..model.modes import Modes, largest_to_one
+from ..model.oscillator import oscillator_modes
 from ..parameters import OscillatorParameters
 from ..results import Result
 from . import nsi, physical
@@ -15,6 +17,11 @@ from .refine import refine_state_space
 from .subspace import StateSpace, fit_input_matrices, identify_state_space
 
 RESOLUTION = 0.1  # Hz between the frequencies of a result
+# Limits of what is believed: a clean record of the right hold leaves a misfit of 1e-9 to 1e-4 ...
+MISFIT = 1e-3
+NOISE_MISFIT = 0.3  # ... and noise that leaves a share of an output leaves about a thirtieth of it of H_E
+MODE_SHIFT = 0.005  # relative
+FOLDED = 0.02
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,7 +56,7 @@ class Identification(Result):
     unexplained : ndarray, shape (2,)
         Rms share of xs and of x over the band that the model of Eq. (8) leaves.
     state_space : StateSpace
-        That model; start and offset are those of its last but one refinement.
+        That model; start and offset are those of its first estimate.
     hold, conversion : str
         What the force did between samples, and how H_E was read.
     nominal : OscillatorParameters or None
@@ -101,9 +108,10 @@ class Identification(Result):
 def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
     """Identify the rig from a random test.
 
-    1. Extended inputs u = [f, -z^3], z = xs - x about its zero; outputs [xs, x].
+    1. Extended inputs u = [f, -z^3], outputs [xs, x]; z = xs - x about the zero of the springs,
+       which a model with z^2 as a third input tells from an offset of the sensors.
     2. Subspace identification of Eq. (8), refined over the band; then once more with the z
-       that this model gives, without the measurement's noise and about the offset it finds.
+       that this model gives, without the measurement's noise, kept where it leaves less unexplained.
     3. H_E, Eq. (9), and from it k3(omega), H11, H21 and H22.
     4. A rational fraction polynomial fitted to the receptances.
     5. The physical parameters from its coefficients, refined by a bounded fit to all of
@@ -130,10 +138,12 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
     Raises
     ------
     ValueError
-        If the record has too few samples for the block rows or a channel that does not
+        If the record is no `Record`, has too few samples for the block rows or a channel that does not
         vary, if the order is odd or too large, the band empty or beyond half the sample
         rate, or the conversion unknown.
     """
+    if not isinstance(record, Record):
+        raise ValueError(f"record is a {type(record).__name__}; expected a Record")
     order, block_rows = _checked_orders(order, block_rows, record)
     frequency = _frequencies(band, record.sample_rate)
     lines, needed = int((frequency[-1] - frequency[0]) * record.duration), order * (order + 6)
@@ -154,25 +164,26 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
     receptance = nsi.underlying_receptance(extended)
 
     distinct = receptance[:, [0, 1, 1], [0, 0, 1]]  # H11, H21, H22
+    doubts = []
     if conversion == "force":
         weight = _weights(inputs, noise, record.sample_rate, frequency)
-        share = np.abs(weight[:, 0, 1] * (extended[:, 0, 0] - extended[:, 1, 0])) ** 2
-        k3 = coefficient.real @ share / share.sum()
-        fraction_weight = np.column_stack([weight[:, 0, 0], weight[:, 1, 0], abs(k3) * weight[:, 1, 1]])
+        fraction, values, misfit = _fit(frequency, extended, weight)
+        doubts = _reading_doubts(record.hold, model, weight, frequency, values, misfit, unexplained)
     else:
         # The paper's steps: one number for the coefficient, its mean; the linear parameters from H11, H21 and H22.
-        k3 = coefficient.real.mean()
-        fraction_weight = 1 / np.abs(distinct)
-    fraction = fit_rational_fraction(frequency, distinct, fraction_weight, (2, 1, 2), 4)
-    h11, h21, h22 = fraction(frequency).T
-    start = physical.parameters_of_fraction(fraction)
-    if conversion == "force":
-        model_of = lambda values: nsi.extended_from(physical.oscillator_receptance(values, frequency), values[6])  # noqa: E731
-        values, misfit = physical.fit_parameters(model_of, extended, weight, np.append(start, k3))
-    else:
+        fraction = fit_rational_fraction(frequency, distinct, 1 / np.abs(distinct), (2, 1, 2), 4)
         model_of = lambda values: physical.oscillator_receptance(values, frequency)[:, [0, 1, 1], [0, 0, 1]]  # noqa: E731
-        values, misfit = physical.fit_parameters(model_of, distinct, fraction_weight, start)
-        values = np.append(values, k3)
+        start = physical.parameters_of_fraction(fraction)
+        values, misfit = physical.fit_parameters(model_of, distinct, 1 / np.abs(distinct), start)
+        values = np.append(values, coefficient.real.mean())
+        if misfit > 0.05:
+            doubts.append(f"the parameters leave {100 * misfit:.2g} % of the receptances unexplained")
+    folded = nsi.folded_share(record.relative, record.sample_rate, band)
+    if folded > FOLDED:
+        doubts.append(
+            f"{100 * folded:.2g} % of z^3 in the band is folded from above half the sample rate: sample faster"
+        )
+    h11, h21, h22 = fraction(frequency).T
     return Identification(
         singular_values=singular_values,
         modes=_modes(model),
@@ -190,7 +201,7 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
         hold=record.hold,
         conversion=conversion,
         nominal=None if record.parameters is None else record.parameters.oscillator,
-        status=_status(values, misfit, unexplained),
+        status=_status(values, unexplained, doubts),
     )
 
 
@@ -219,18 +230,45 @@ def _frequencies(band, sample_rate):
 def _model(record, order, block_rows, band):
     """Singular values and inputs, then what `refine_state_space` returns.
 
-    The cube of a noisy z is biased, and the zero of the springs need not be the sensors'. So z
-    is cubed as measured, about its mean, for a first model only; that model's z, which has
-    neither fault, is cubed for the one returned.
+    The z that a first model gives is without the measurement's noise, which its cube is biased by. But where
+    the nonlinear force is strong that model's error grows in it, so the z that leaves less unexplained is cubed.
     """
     outputs = np.column_stack([record.shaker, record.mass])
-    inputs = nsi.extended_inputs(record.force, record.relative - record.relative.mean())
-    model, singular_values = identify_state_space(inputs, outputs, record.sample_rate, order, block_rows)
-    model, *_ = refine_state_space(model, inputs, outputs, band)
-    model = fit_input_matrices(model.A, model.C, inputs, outputs, model.sample_rate)
+    z = record.relative - _springs_zero(record, outputs, order, block_rows, band)
+    inputs = nsi.extended_inputs(record.force, z)
+    first, singular_values = identify_state_space(inputs, outputs, record.sample_rate, order, block_rows)
+    measured = _refined(first, inputs, outputs, band)
+    model = fit_input_matrices(measured[0].A, measured[0].C, inputs, outputs, record.sample_rate)
     shaker, mass = (model.simulate(inputs) - model.offset).T
-    inputs = nsi.extended_inputs(record.force, shaker - mass)
-    return singular_values, inputs, *refine_state_space(model, inputs, outputs, band)
+    modelled_inputs = nsi.extended_inputs(record.force, shaker - mass)
+    modelled = _refined(model, modelled_inputs, outputs, band)
+    if np.linalg.norm(modelled[2] / measured[2]) < np.sqrt(2):
+        return singular_values, modelled_inputs, *modelled
+    return singular_values, inputs, *measured
+
+
+def _springs_zero(record, outputs, order, block_rows, band):
+    """Reading of z at which the springs' cubic force is zero: an offset of the sensors, not the mean of the motion.
+
+    With w about the mean and z = w - e, -z^3 = -w^3 + 3 e w^2 - 3 e^2 w + e^3. The last two are a stiffness and a
+    constant, so [f, -w^3, w^2] are inputs of an exact linear model, whose last column is 3 e times the second.
+    """
+    mean = record.relative.mean()
+    w = record.relative - mean
+    inputs = np.column_stack([nsi.extended_inputs(record.force, w), w**2])
+    model, _ = identify_state_space(inputs, outputs, record.sample_rate, order, block_rows)
+    model, noise, _ = refine_state_space(model, inputs, outputs, band)
+    frequency = _frequencies(band, record.sample_rate)
+    response = nsi.extended_receptance(model, frequency, record.hold, "none") / noise[:, None]
+    cube, square = response[..., 1], response[..., 2]
+    offset = np.vdot(cube, square).real / np.vdot(cube, cube).real / 3
+    return mean + np.clip(offset, -w.std(), w.std())  # without a cubic force any offset would do
+
+
+def _refined(model, inputs, outputs, band):
+    """`refine_state_space`, with the noise and the share that the refined model leaves."""
+    model, *_ = refine_state_space(model, inputs, outputs, band)
+    return refine_state_space(model, inputs, outputs, band)
 
 
 def _weights(inputs, noise, sample_rate, frequency):
@@ -249,18 +287,60 @@ def _modes(model):
     kept = np.flatnonzero(values.imag > 0)
     kept = kept[np.argsort(np.abs(poles[kept]))]
     poles, shapes = poles[kept], shapes[kept]
-    largest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
     names = tuple(f"mode {number + 1}" for number in range(kept.size))
-    return Modes(np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), shapes / largest, names)
+    return Modes(np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), largest_to_one(shapes), names)
 
 
-def _status(values, misfit, unexplained):
+def _fit(frequency, extended, weight):
+    """Fraction of the receptances, the seven parameters, and the rms share of H_E that they leave."""
+    share = np.abs(weight[:, 0, 1] * (extended[:, 0, 0] - extended[:, 1, 0])) ** 2
+    k3 = nsi.nonlinear_coefficient(extended).real @ share / share.sum()
+    fraction_weight = np.column_stack([weight[:, 0, 0], weight[:, 1, 0], abs(k3) * weight[:, 1, 1]])
+    distinct = nsi.underlying_receptance(extended)[:, [0, 1, 1], [0, 0, 1]]  # H11, H21, H22
+    fraction = fit_rational_fraction(frequency, distinct, fraction_weight, (2, 1, 2), 4)
+    model_of = lambda values: nsi.extended_from(physical.oscillator_receptance(values, frequency), values[6])  # noqa: E731
+    start = np.append(physical.parameters_of_fraction(fraction), k3)
+    return fraction, *physical.fit_parameters(model_of, extended, weight, start)
+
+
+def _reading_doubts(hold, model, weight, frequency, values, misfit, unexplained):
+    """What speaks against the hold or the order of the channels, and the reading that would fit, if one does."""
     doubts = []
-    for name, share in zip(("shaker", "mass"), unexplained, strict=True):
-        if share > 0.1:
-            doubts.append(f"the model leaves {100 * share:.2g} % of {name} unexplained")
-    if misfit > 0.05:
+    noise = unexplained.max()
+    if misfit > MISFIT + NOISE_MISFIT * noise:
         doubts.append(f"the parameters leave {100 * misfit:.2g} % of H_E unexplained")
+    seen = _modes(model).frequency
+    try:
+        meant = oscillator_modes(OscillatorParameters(*np.maximum(values, 0.0))).frequency
+    except ValueError:  # a mode without stiffness or overdamped has no frequency to compare
+        meant = None
+    if meant is not None and seen.size == meant.size and (np.abs(meant / seen - 1) > MODE_SHIFT + noise).any():
+        pairs = ", ".join(f"{a:.2f} against {b:.2f} Hz" for a, b in zip(meant, seen, strict=True))
+        doubts.append(f"the parameters' modes are not the model's ({pairs})")
+    if not doubts:
+        return doubts
+    readings = {f'hold = "{other}"': (other, False) for other in HOLDS if other != hold}
+    readings["shaker and mass swapped"] = (hold, True)
+    left = {}
+    for name, (other, swapped) in readings.items():
+        extended = nsi.extended_receptance(model, frequency, other)
+        # z changes its sign with the channels.
+        left[name] = _fit(
+            frequency, *((extended[:, ::-1] * [1, -1], weight[:, ::-1]) if swapped else (extended, weight))
+        )[2]
+    best = min(left, key=left.get)
+    hint = "check the hold and the order of the channels"
+    if left[best] < misfit / 4:
+        hint = f"{best} would leave {100 * left[best]:.2g} %"
+    return [*doubts, hint]
+
+
+def _status(values, unexplained, doubts):
+    doubts = [
+        f"the model leaves {100 * share:.2g} % of {name} unexplained"
+        for name, share in zip(("shaker", "mass"), unexplained, strict=True)
+        if share > 0.1
+    ] + doubts
     if values[6] < 0:
         doubts.append(f"k3 = {values[6]:.3g} N/m^3 is negative, so parameters carry k3 = 0")
     at_bound = [name for name, value in zip(physical.NAMES[:6], values[:6], strict=True) if value <= 0]

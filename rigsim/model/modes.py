@@ -44,6 +44,11 @@ class Modes(Result):
         )
 
 
+def largest_to_one(shape):
+    """Mode shapes, shape (modes, coordinates), each over its largest entry."""
+    return shape / np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
+
+
 def modes_of(mass, damping, stiffness, names):
     """Modes of the quadratic eigenvalue problem, named by where their kinetic energy is.
 
@@ -76,8 +81,7 @@ def modes_of(mass, damping, stiffness, names):
         raise ValueError(f"{n - len(keep)} of {n} modes do not oscillate: the equilibrium is unstable or overdamped")
     order = np.flatnonzero(values.imag > 0)[keep]
     energy_shape = vectors[:n, order].T
-    shape = energy_shape / half
-    shape /= np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
+    shape = largest_to_one(energy_shape / half)
     # Each coordinate names the mode it takes the largest share of; assigned once each.
     share = np.abs(energy_shape) ** 2
     share /= share.sum(axis=1, keepdims=True)

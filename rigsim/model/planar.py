@@ -15,7 +15,7 @@ import numpy as np
 
 from ..parameters import RigParameters
 from ..results import Result
-from .modes import modes_of
+from .modes import largest_to_one, modes_of
 
 RIG = np.dtype([(name, float) for name in (
     "ms", "ks", "cs", "m", "inertia", "c", "LG", "d0", "gravity", "wire_damping", "rocking_damping", "slack",
@@ -273,8 +273,7 @@ def linear_modes(parameters):
     about_P[1:3, 3] = parameters.LG * np.array([-np.sin(q[3]), np.cos(q[3])])
     matrices = (about_P.T @ matrix @ about_P for matrix in (mass_matrix(parameters), damping, stiffness))
     modes = modes_of(*matrices, names=COORDINATES)
-    shape = modes.shape @ about_P.T
-    return replace(modes, shape=shape / np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1))
+    return replace(modes, shape=largest_to_one(modes.shape @ about_P.T))
 
 
 def longest_step(parameters):
