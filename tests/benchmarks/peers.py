@@ -1,10 +1,11 @@
 """The paper's rig, cubic law, one harmonic, 3.18 N, 5 to 120 Hz: other packages on the same curve.
 
-Runs only when asked for by name. The peers live in .venv-peers, made on first use from peers.txt (some minutes, about
-1 GB); delete it at any time. Each runs its own script of the folder peers/ in a process of its own, and is timed in
+Runs only when asked for by name. The peers live in .venv-peers, made on first use from peers.txt (some minutes,
+1.3 GB); delete it at any time. Each runs its own script of the folder peers/ in a process of its own, and is timed in
 there without its imports. The ratio is to periodic_orbits, or for the second row of a package to the unit: one call of
 numpy.linalg.eigvals on the 1501 companion matrices of the cubic (5a). Lines are what a user writes to describe the rig
-and get the curve. A piece counts as found if a point of it was: every point is checked against Eq. (5a).
+and get the curve. The main piece counts as found if it was followed from one end of the band to the other, the detached
+one if any point of it was; every point is checked against Eq. (5a).
 
 The curve has two pieces: the main one, with folds at 106.9 and 56.4 Hz, and a detached one from 20.5 to 53.7 Hz.
 
@@ -96,8 +97,8 @@ def measure():
     python, rig = environment(), RigParameters().oscillator
     numbers = {name: getattr(rig, name) for name in ("ms", "cs", "ks", "m", "c", "k1", "k3")}
     matrices = companions(RigParameters(), FORCE, np.linspace(5, 80, 1501))
-    unit = fastest(lambda: np.linalg.eigvals(matrices))
-    own, branches = fastest(ours), ours()
+    unit = fastest(lambda: np.linalg.eigvals(matrices), 20)
+    own, branches = fastest(ours, 20), ours()
     points = np.concatenate([np.column_stack([b.frequency, abs(b.relative[:, 1])]) for b in branches])
     rows = [("unit: eigvals of companion matrices", 1e3 * unit, "ms", 1.0)]
     results = {"rigsim": (own, points, lines(inspect.getsource(ours)))}
@@ -105,6 +106,7 @@ def measure():
         done = subprocess.run(
             [python, "-W", "ignore", str(FOLDER / "peers" / script)],
             input=json.dumps({**numbers, "force": FORCE, "band": BAND}),
+            cwd=ROOT / ".venv-peers",  # where pyHarm may leave its settings
             capture_output=True, text=True, check=False, timeout=600,
         )  # fmt: skip
         if done.returncode:
