@@ -101,7 +101,7 @@ def _parser():
         "measure speed, as ratios to a unit measured in the same run",
         "Runs tests/benchmarks and prints a table: what was measured, and its ratio to the unit of the same benchmark.",
     )
-    bench.add_argument("names", nargs="*", metavar="benchmark", help="only these; all by default")
+    bench.add_argument("names", nargs="*", metavar="benchmark", help="only these; all but peers by default")
     return parser
 
 
