@@ -140,6 +140,12 @@ def test_noise_on_a_strong_record():
     assert abs(found[6]) < 0.01 and abs(found[3]) < 0.01 and abs(found[4]) < 0.05
 
 
+def test_noise_that_a_very_strong_cube_carries_into_the_damping_is_told():
+    found = identify(cubic_record(duration=20, noise=0.01, rms=5, seed=3))
+    assert abs(errors(found)[6]) < 0.01 and abs(errors(found)[4]) > 0.05
+    assert "of mass unexplained" in found.status
+
+
 @pytest.mark.parametrize(
     ("said", "made"), [("linear", "zero"), ("zero", "linear"), ("band-limited", "zero"), ("zero", "band-limited")]
 )
