@@ -94,21 +94,34 @@ def _signs(b, error):
 
 @njit(cache=True)
 def bernstein_root(b):
-    """Where in (0, 1) the Bernstein polynomial b (n,), negative at one end and positive at the other, vanishes."""
+    """Where in (0, 1) the Bernstein polynomial b (n,), negative at one end and positive at the other, vanishes.
+
+    Newton's method inside a bracket, which is halved where Newton would leave it or hardly moves its far end.
+    """
     work = np.empty_like(b)
     low, high = 0.0, 1.0
     rising = b[-1] > b[0]
-    for _ in range(60):
-        middle = 0.5 * (low + high)
+    place = b[0] / (b[0] - b[-1])
+    for step in range(90):
         work[:] = b
-        for level in range(b.size - 1, 0, -1):
+        for level in range(b.size - 1, 1, -1):
             for i in range(level):
-                work[i] += middle * (work[i + 1] - work[i])
-        if (work[0] > 0.0) == rising:
-            high = middle
+                work[i] += place * (work[i + 1] - work[i])
+        slope = (b.size - 1) * (work[1] - work[0])
+        value = work[0] + place * (work[1] - work[0])
+        if value == 0.0:
+            return place
+        if (value > 0.0) == rising:
+            high = place
         else:
-            low = middle
-    return 0.5 * (low + high)
+            low = place
+        new = place - value / slope if slope != 0.0 else low
+        if not low < new < high or step % 8 == 7:
+            new = 0.5 * (low + high)
+        if abs(new - place) <= 2.0**-52 or not low < new < high:
+            return new
+        place = new
+    return place
 
 
 @njit(cache=True)

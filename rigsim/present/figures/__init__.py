@@ -1,6 +1,7 @@
 """Figures, a file for each domain; the names here are those that results forward `.plot()` to."""
 
 from .basins import basins_figure, integrity_figure, tap_map_figure
+from .design import design_figure, existence_chart_figure, margins_figure, tolerance_study_figure
 from .experiment import branches_figure, distortion_figure, sine_test_figure, spectrum_figure
 from .identification import (
     identification_figure,
@@ -20,11 +21,14 @@ __all__ = [
     "integrity_figure",
     "tap_map_figure",
     "branches_figure",
+    "design_figure",
     "distortion_figure",
+    "existence_chart_figure",
     "force_scenario_figure",
     "frequency_response_figure",
     "harmonics_figure",
     "identification_figure",
+    "margins_figure",
     "modes_figure",
     "nonlinear_coefficient_figure",
     "orbits_figure",
@@ -38,5 +42,6 @@ __all__ = [
     "spectrum_figure",
     "statics_figure",
     "subharmonics_figure",
+    "tolerance_study_figure",
     "wire_law_figure",
 ]

@@ -1,0 +1,237 @@
+"""Figures for those who will build a rig: existence charts, margins, tolerance studies, best designs."""
+
+import numpy as np
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+from ...response.variation import quantity
+from .style import BLUE, GREY, ORANGE, PURPLE, SKY, style, subplots
+
+_KINDS = {"inner": (ORANGE, "//"), "outer": (PURPLE, "\\\\")}
+_REACH = 0.25  # of ln(F): further from the edge than that, contours need not know how far
+
+
+def existence_chart_figure(result):
+    """The map of an `existence_chart`: regions shaded and hatched by kind, boundary curves, the rig and its box.
+
+    Parameters
+    ----------
+    result : ExistenceChart
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    items = [quantity(result.parameters, result.force, name) for name in result.names]
+    x, y = (values * item.factor for values, item in zip((result.x, result.y), items, strict=True))
+    here = [value * item.factor for value, item in zip(result.point, items, strict=True)]
+    with style():
+        figure, ax = subplots(1, 1, alt=_chart_alt(result, items, here), height=4.8)
+        handles = []
+        for number, (kind, (color, hatch)) in enumerate(_KINDS.items()):
+            distance = np.nan_to_num(result.distance[number], neginf=-_REACH, posinf=_REACH).clip(-_REACH, _REACH)
+            if not (distance > 0).any():
+                continue
+            filled = ax.contourf(x, y, distance, levels=[0, 2 * _REACH], colors=[color], alpha=0.45, hatches=[hatch])
+            filled.set(edgecolor=color, linewidth=0)
+            handles.append(
+                Patch(facecolor=color, edgecolor=color, alpha=0.45, hatch=hatch, label=f"{kind} detached curve")
+            )
+            for boundary in result.boundaries:
+                if boundary.kind == kind:
+                    ax.plot(boundary.x * items[0].factor, boundary.y * items[1].factor, color=color, linewidth=1.8)
+        if not result.possible.all():
+            ax.contourf(x, y, ~result.possible, levels=[0.5, 1.5], colors=[GREY], alpha=0.5)
+            handles.append(Patch(facecolor=GREY, alpha=0.5, label="no such rig (slack wires)"))
+        width, height = (2 * half * item.factor for half, item in zip(result.box, items, strict=True))
+        if width or height:
+            corner = here[0] - width / 2, here[1] - height / 2
+            ax.add_patch(Rectangle(corner, width, height, fill=False, edgecolor="k", linewidth=1.4, zorder=3))
+            handles.append(Patch(fill=False, edgecolor="k", label="its tolerances"))
+        if x[0] <= here[0] <= x[-1] and y[0] <= here[1] <= y[-1]:
+            handles += ax.plot(*here, "o", color="k", markersize=5, label="this rig", linestyle="none")
+        for axis, values, item in ((ax.xaxis, x, items[0]), (ax.yaxis, y, items[1])):
+            _set_axis(axis, values, item)
+        ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+        figure.legend(handles=handles, loc="outside lower center", ncols=3)
+        return figure
+
+
+def _set_axis(axis, values, item):
+    """Label and scale: logarithmic where the grid is."""
+    axis.set_label_text(f"{item.name} ({item.shown_unit})" if item.shown_unit else item.name)
+    if np.ptp(np.diff(values)) > 1e-6 * np.ptp(values):
+        getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
+        if values[-1] / values[0] < 1000:
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
+    else:
+        axis.get_major_formatter().set_useOffset(False)
+
+
+def _chart_alt(result, items, here):
+    ranges = " and ".join(
+        f"{item.name} from {values[0] * item.factor:.6g} to {values[-1] * item.factor:.6g} {item.shown_unit}".strip()
+        for values, item in zip((result.x, result.y), items, strict=True)
+    )
+    shares = ", ".join(
+        f"{label} on {100 * np.mean(result.labels == label):.0f} percent"
+        for label in ("inner", "outer", "both", "none")
+        if (result.labels == label).any()
+    )
+    place = " and ".join(f"{item.name} = {value:.6g}" for item, value in zip(items, here, strict=True))
+    return f"Map of detached curves over {ranges}: {shares} of the map. The rig is at {place}."
+
+
+def _three(value):
+    """Three significant digits, without an exponent where it can be helped."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def margins_figure(result):
+    """How far each quantity may move down and up: bars in per cent, logarithmic, with the move in its own unit.
+
+    Parameters
+    ----------
+    result : Margins
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    entries = [entry for entry in result if entry.value]
+    moves = [(100 * entry.down / entry.value, 100 * entry.up / entry.value) for entry in entries]
+    finite = [move for pair in moves for move in pair if np.isfinite(move)] or [100.0]
+    low, high = 10 ** np.floor(np.log10(min(finite)) - 0.2), 10 ** np.ceil(np.log10(max(finite)) + 0.6)
+    alt = f"Bars of how far each quantity may move before the {result.kind} detached curve is lost. {result.summary()}."
+    with style():
+        figure, ax = subplots(1, 1, alt=alt, height=1.4 + 0.48 * len(entries))
+        for row, (entry, pair) in enumerate(zip(entries, moves, strict=True)):
+            for move, offset, color, sign in zip(pair, (-0.19, 0.19), (BLUE, ORANGE), "−+", strict=True):
+                limited = np.isfinite(move)
+                look = {"color": color} if limited else {"facecolor": "none", "edgecolor": color, "hatch": "//"}
+                ax.barh(row + offset, (move if limited else high) - low, left=low, height=0.36, linewidth=0, **look)
+                shown = f"{sign}{_three(move / 100 * entry.value * entry.factor)} {entry.shown_unit}"
+                text = f" {shown.strip()}" if limited else " never lost"
+                ax.text(
+                    move if limited else low,
+                    row + offset,
+                    text,
+                    va="center",
+                    fontsize=8,
+                    bbox=None if limited else {"facecolor": "white", "linewidth": 0, "pad": 0.5},
+                )
+        names = [f"{entry.name} = {entry.value * entry.factor:.6g} {entry.shown_unit}".strip() for entry in entries]
+        ax.set_yticks(range(len(entries)), names)
+        ax.invert_yaxis()
+        ax.grid(False, axis="y")
+        ax.set(xscale="log", xlim=(low, high), xlabel="move before the curve is lost (%)")
+        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ax.set_title(f"{result.kind} detached curve at {result.force:g} N", loc="left")
+        handles = [Patch(color=BLUE, label="down"), Patch(color=ORANGE, label="up")]
+        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+        return figure
+
+
+def tolerance_study_figure(result):
+    """Shares of rigs that keep the curve, with 95 % intervals, and how far the drawn rigs are from the edge.
+
+    Parameters
+    ----------
+    result : ToleranceStudy
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    names = result.ranking
+    with style():
+        figure, (left, right) = subplots(
+            1, 2, alt=f"Left: shares of rigs that keep the curve, all: {result.summary()}. Right: histogram of the "
+            "force's distance from the edge of existence.", height=1.9 + 0.36 * len(names), width=9.0,
+        )  # fmt: skip
+        whole = result.share
+        left.axvspan(100 * whole.low, 100 * whole.high, color=GREY, alpha=0.5, linewidth=0, label="all as drawn")
+        for offset, shares, marker, color, label in (
+            (-0.15, result.exact, "o", BLUE, "this one exact"),
+            (0.15, result.alone, "s", ORANGE, "this one alone"),
+        ):
+            values = np.array([[100 * shares[name].value for name in names]])
+            ends = np.array([[100 * shares[name].low for name in names], [100 * shares[name].high for name in names]])
+            spread = np.abs(ends - values)
+            rows = np.arange(len(names)) + offset
+            left.errorbar(
+                values[0], rows, xerr=spread, fmt=marker, color=color, markersize=4, label=label, linewidth=1.2
+            )
+        items = [quantity(result.parameters, result.force, name) for name in names]
+        widths = [f"{i.name} ± {_three(result.tolerances[i.name] * i.factor)} {i.shown_unit}".strip() for i in items]
+        left.set_yticks(range(len(names)), widths)
+        left.invert_yaxis()
+        least = min(share.low for share in (*result.alone.values(), *result.exact.values(), whole))
+        left.set(xlabel="rigs that keep the curve (%)", xlim=(min(95.0, 100 * least - 2), 100.5))
+        left.set_title(f"{100 * whole.value:.1f} % of {whole.tried} rigs keep it", loc="left")
+        # As a change of force: how far the force is from where the curve comes or goes.
+        percent = 100 * np.expm1(np.clip(result.distance, -1, 1))
+        width = max(np.ptp(np.append(percent, 0.0)) / 40, 1e-9)
+        # Whole bins from the edge of existence on, where lost and kept part.
+        edges = width * np.arange(np.floor(percent.min() / width), np.ceil(percent.max() / width) + 1)
+        right.hist(
+            [percent[~result.kept], percent[result.kept]],
+            edges,
+            stacked=True,
+            color=[SKY, BLUE],
+            label=["lost", "kept"],
+        )
+        right.axvline(0, color="k", linewidth=1)
+        right.set(xlabel="distance of the force from the edge (%)", ylabel="rigs")
+        right.legend()
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=3)
+        return figure
+
+
+def design_figure(result):
+    """The margin over each free number, the others at their best.
+
+    Parameters
+    ----------
+    result : Design
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with style():
+        count = len(result.free)
+        figure, grid = subplots(
+            1,
+            count,
+            alt=f"Margin over the free numbers. {result.summary()}.",
+            width=max(7.5, 4.2 * count),
+            height=3.6,
+            squeeze=False,
+            sharey=True,
+        )
+        for ax, (name, (_, _, best)) in zip(grid[0], result.free.items(), strict=True):
+            item = quantity(result.parameters, result.force, name)
+            values, heights = result.profiles[name]
+            ax.plot(values * item.factor, heights, color=BLUE, label="margin")
+            ax.axvline(result.start[name] * item.factor, color=GREY, linestyle=":", label="before")
+            ax.plot(best * item.factor, result.margin, "o", color="k", markersize=5, label="best", linestyle="none")
+            ax.set_xlabel(f"{name} ({item.shown_unit})")
+            ax.xaxis.get_major_formatter().set_useOffset(False)
+            ax.set_ylim(0, None)
+        grid[0, 0].set_ylabel("margin (tolerances)")
+        figure.suptitle(f"tolerances: {_tolerances(result)}", fontsize=9, wrap=True)
+        figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        return figure
+
+
+def _tolerances(design):
+    """As they were given, in shown units."""
+    texts = []
+    for name, width in design.tolerances.items():
+        item = quantity(design.parameters, design.force, name)
+        shown = width if isinstance(width, str) else f"{width * item.factor:g} {item.shown_unit}".strip()
+        texts.append(f"{name} ± {shown}")
+    return ", ".join(texts)

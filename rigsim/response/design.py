@@ -1,0 +1,227 @@
+"""The force, or other free numbers of a rig, that keep its detached curve farthest from being lost."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import checks
+from ..parameters import oscillator_of
+from ..results import Result
+from .margins import reach
+from .variation import built_names, half_widths, judge_varied, kind_number, quantity, replaced
+
+# Moves in tolerances, and how well their ends are found: while searching, and for the designs that are reported.
+_COARSE = {"grid": np.geomspace(1e-2, 30.0, 17), "accuracy": 1e-5}
+_FINE = {"grid": np.geomspace(1e-6, 1e3, 181)}
+_GRID = 61  # values of one free number, the others held
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Design(Result):
+    """The best rig found; see `design_for_detached_curve`.
+
+    Attributes
+    ----------
+    parameters : RigParameters or OscillatorParameters
+        The best rig.
+    force : float
+        Its amplitude (N).
+    kind : str
+    free : dict of str to (float, float, float)
+        For each free number its bounds and the value found (SI units): (low, high, found).
+    start : dict of str to float
+        The free numbers of the rig given.
+    tolerances : dict of str to float or str
+        As given.
+    reach : dict of str to float
+        How many times its tolerance each quantity may move, the worse way, before the curve is lost.
+    margin, start_margin : float
+        The smallest of them, for the best rig and for the one given (0 if that has no such curve).
+    profiles : dict of str to (2, k) array
+        Values of each free number, the others at their best, and the margin there (NaN where there is no curve).
+    """
+
+    parameters: object
+    force: float
+    kind: str
+    free: dict
+    start: dict
+    tolerances: dict
+    reach: dict
+    margin: float
+    start_margin: float
+    profiles: dict
+
+    plot_name = "design_figure"
+
+    def summary(self):
+        """What was found and what it is worth."""
+        found = []
+        for name, (_, _, value) in self.free.items():
+            item = quantity(self.parameters, self.force, name)
+            found.append(f"{name} = {value * item.factor:.6g} {item.shown_unit}".strip())
+        weakest = min(self.reach, key=self.reach.get)
+        return (
+            f"{', '.join(found)}: the {self.kind} detached curve survives moves of {self.margin:.3g} tolerances "
+            f"(before: {self.start_margin:.3g}); {weakest} would lose it first"
+        )
+
+    def table(self):
+        """`pandas.DataFrame` of the free numbers: bounds, before and found."""
+        import pandas as pd
+
+        rows = []
+        for name, (low, high, value) in self.free.items():
+            item = quantity(self.parameters, self.force, name)
+            rows.append((name, item.shown_unit, *(item.factor * v for v in (low, high, self.start[name], value))))
+        return pd.DataFrame(rows, columns=["quantity", "unit", "from", "to", "before", "best"]).set_index("quantity")
+
+
+def design_for_detached_curve(parameters, force, free=("force",), kind="inner", tolerances=None, seed=2014):
+    """The free numbers, within bounds, for which the detached curve survives the largest errors.
+
+    What is maximised is the *margin*: the largest t such that any one toleranced quantity may move by t times its
+    tolerance, either way and all the others exact, with the curve there all along and the wires taut; among equals,
+    the least sum of the reciprocals of all such moves decides. With the default tolerance, the
+    force's own value, t is the relative change of the force that the curve survives: min(1 - F_low/F, F_high/F - 1).
+
+    One free number is searched on a grid, then refined; several by differential evolution (seeded). A local search
+    cannot prove that nothing better exists.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+        What is not free stays.
+    force : float
+        Amplitude (N), also if it is free: the margin "before" is there.
+    free : sequence of str, or dict of str to (float, float)
+        Fields of the parameters or "force", with bounds (SI units); without, from a fifth to five times the value,
+        within physical bounds.
+    kind : {"inner", "outer"}
+    tolerances : dict of str to float or str, optional
+        As for `tolerance_study`; per cent are of the value that is being tried. By default ``{"force": "100 %"}``.
+    seed : int or numpy.random.Generator
+        Only used with several free numbers.
+
+    Returns
+    -------
+    Design
+
+    Raises
+    ------
+    ValueError
+        If an input is not allowed, a bound lies outside what is physical, or no curve of the kind was found within
+        the bounds.
+
+    Examples
+    --------
+    >>> design_for_detached_curve(RigParameters(), 3.18)  # doctest: +SKIP
+    """
+    oscillator_of(parameters)
+    force, number = checks.positive("force", force, "N"), kind_number(kind)
+    bounds = _bounds(parameters, force, free)
+    tolerances = {"force": "100 %"} if tolerances is None else dict(tolerances)
+    half_widths(parameters, force, tolerances)
+    names, low, high = tuple(bounds), *np.array(list(bounds.values())).T
+
+    def reached_at(point, **scan):
+        return _reached(parameters, force, number, tolerances, dict(zip(names, point, strict=True)), **scan)
+
+    def score(point):
+        """Margin at a point (len(names),); where there is no curve the force's distance from existence, negative."""
+        reached = reached_at(point, **_COARSE)
+        if isinstance(reached, float):
+            return reached
+        # Where slack wires limit the margin it is the same over a range: the other quantities then decide.
+        return min(reached.values()) - 1e-3 * sum(1 / max(moves, 1e-9) for moves in reached.values())
+
+    best = _search(score, low, high, seed)
+    found = dict(zip(names, best.tolist(), strict=True))
+    reached = reached_at(best, **_FINE)
+    if isinstance(reached, float):
+        limits = ", ".join(f"{name} from {a:g} to {b:g}" for name, (a, b) in bounds.items())
+        raise ValueError(f"no {kind} detached curve was found for {limits}; expected bounds that hold one")
+    start = {name: quantity(parameters, force, name).value for name in names}
+    before = reached_at(np.array(list(start.values())), **_FINE)
+    profiles = {}
+    for i, name in enumerate(names):
+        values = np.union1d(np.linspace(low[i], high[i], _GRID), best[i])
+        points = np.tile(best, (values.size, 1))
+        points[:, i] = values
+        reaches = [reached_at(point, **_COARSE) for point in points]
+        heights = [np.nan if isinstance(one, float) else min(one.values()) for one in reaches]
+        profiles[name] = np.stack([values, heights])
+    better, level = replaced(parameters, force, found)
+    return Design(
+        parameters=better,
+        force=level,
+        kind=kind,
+        free={name: (*bounds[name], found[name]) for name in names},
+        start=start,
+        tolerances=tolerances,
+        reach=reached,
+        margin=min(reached.values()),
+        start_margin=0.0 if isinstance(before, float) else min(before.values()),
+        profiles=profiles,
+    )
+
+
+def _bounds(parameters, force, free):
+    if isinstance(free, str):
+        raise ValueError(f"free = {free!r} is not allowed; expected a sequence of names, or a dict of bounds")
+    names = tuple(free)
+    if not names:
+        raise ValueError("free is empty; expected at least one name")
+    bounds = {}
+    for name in names:
+        checks.one_of("free quantity", name, built_names(parameters))
+        item = quantity(parameters, force, name)
+        # Wires are compared with each other only when both are set: d may fall below d0 if d0 is free as well.
+        lowest, highest = (0.0, np.inf) if name in ("d", "d0") else (item.low, item.high)
+        given = (
+            free[name] if isinstance(free, dict) else (max(0.2 * item.value, item.low), min(5 * item.value, item.high))
+        )
+        low, high = checks.array(f"bounds of {name}", given, item.unit, low=lowest, high=highest, min_size=2)
+        if not low < high or np.size(given) != 2 or (item.low_open and low == 0):
+            raise ValueError(f"bounds of {name} = {given!r} are not allowed; expected (low, high), low below high")
+        bounds[name] = float(low), float(high)
+    return bounds
+
+
+def _reached(parameters, force, number, tolerances, values, **scan):
+    """Reach of each toleranced quantity in tolerances; or a float of at most zero where there is no curve."""
+    counts, distances = judge_varied(parameters, force, {name: np.array([v]) for name, v in values.items()})
+    if not counts[0, number]:
+        return max(float(distances[0, number]), -1e3)
+    tried, level = replaced(parameters, force, values)
+    widths = half_widths(tried, level, tolerances)
+    moves = []
+    for name, width in widths.items():
+        value = quantity(tried, level, name).value
+        moves += [(name, value, -width), (name, value, width)]
+    inside, _ = reach(tried, level, number, moves, **scan)
+    return {name: float(inside[2 * i : 2 * i + 2].min()) for i, name in enumerate(widths)}
+
+
+def _search(objective, low, high, seed):
+    """Point of the largest objective within bounds (d,)."""
+    from scipy.optimize import differential_evolution, minimize_scalar
+
+    if low.size > 1:
+        # Scaled to 0..1, for wires differ by parts in ten thousand and forces by multiples.
+        found = differential_evolution(
+            lambda share: -objective(low + share * (high - low)), [(0, 1)] * low.size,
+            seed=np.random.default_rng(seed), popsize=8, maxiter=60, tol=1e-4, polish=False,
+        )  # fmt: skip
+        return low + found.x * (high - low)
+    values = np.linspace(low[0], high[0], _GRID)
+    heights = [objective(np.array([value])) for value in values]
+    top = int(np.argmax(heights))
+    around = values[max(top - 1, 0)], values[min(top + 1, values.size - 1)]
+    refined = minimize_scalar(
+        lambda value: -objective(np.array([value])),
+        bounds=around,
+        method="bounded",
+        options={"xatol": 1e-7 * abs(values[top])},
+    )
+    return np.array([refined.x if -refined.fun > heights[top] else values[top]])

@@ -1,0 +1,171 @@
+"""Monte Carlo over building tolerances: which share of rigs keeps its detached curve, and what decides it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import checks
+from ..results import Result
+from .variation import half_widths, judge_varied, kind_number, quantity
+
+_COMPARED = 2000  # rigs of the study that are drawn again with one quantity exact, or alone
+
+
+@dataclass(frozen=True, repr=False)
+class Share:
+    """A share of trials with its 95 % confidence interval (Wilson)."""
+
+    kept: int
+    tried: int
+    low: float
+    high: float
+
+    @property
+    def value(self):
+        """The share itself, 0 to 1."""
+        return self.kept / self.tried
+
+    def __repr__(self):
+        return f"{100 * self.value:.1f} % ({100 * self.low:.1f} to {100 * self.high:.1f} %, {self.tried} tried)"
+
+
+def share(kept):
+    """The `Share` of trials that are true, from a bool array (n,)."""
+    from scipy.stats import binomtest
+
+    hits = int(np.count_nonzero(kept))
+    interval = binomtest(hits, kept.size).proportion_ci(0.95, method="wilson")
+    return Share(hits, int(kept.size), float(interval.low), float(interval.high))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ToleranceStudy(Result):
+    """Rigs drawn within tolerances; see `tolerance_study`.
+
+    Attributes
+    ----------
+    parameters : RigParameters or OscillatorParameters
+        The nominal rig.
+    force : float
+        Amplitude (N).
+    kind, distribution : str
+    tolerances : dict of str to float
+        Half-widths (SI units).
+    values : dict of str to (n,) array
+        What was drawn (SI units).
+    kept : (n,) bool array
+        Whether the curve exists.
+    distance : (n,) array
+        ln(F/F_edge) of the nearest edge of existence, positive inside; -infinity where no force gives such a curve.
+    share : Share
+        Of the rigs that keep the curve.
+    alone : dict of str to Share
+        The same draws (the first 2000) of one quantity alone, the others exact.
+    exact : dict of str to Share
+        The same draws (the first 2000), but this one quantity exact: what better workmanship there would give.
+    """
+
+    parameters: object
+    force: float
+    kind: str
+    distribution: str
+    tolerances: dict
+    values: dict
+    kept: np.ndarray
+    distance: np.ndarray
+    share: Share
+    alone: dict
+    exact: dict
+
+    plot_name = "tolerance_study_figure"
+
+    @property
+    def ranking(self):
+        """Names, most harmful first: by the share kept if it were exact, then by the share kept alone."""
+        return tuple(sorted(self.tolerances, key=lambda name: (-self.exact[name].kept, self.alone[name].kept)))
+
+    def summary(self):
+        """The share and the quantity that matters most."""
+        return (
+            f"{self.share} of the rigs keep the {self.kind} detached curve at {self.force:g} N; "
+            f"most depends on {self.ranking[0]}"
+        )
+
+    def table(self):
+        """`pandas.DataFrame`: for each quantity its tolerance and the shares kept (%)."""
+        import pandas as pd
+
+        rows = []
+        for name in self.ranking:
+            item = quantity(self.parameters, self.force, name)
+            given = item.value * item.factor, self.tolerances[name] * item.factor, item.shown_unit
+            rows.append((name, *given, 100 * self.alone[name].value, 100 * self.exact[name].value))
+        columns = ["quantity", "value", "tolerance", "unit", "kept if it alone varies [%]", "kept if it is exact [%]"]
+        return pd.DataFrame(rows, columns=columns).set_index("quantity")
+
+
+def tolerance_study(parameters, force, tolerances, samples=10_000, seed=2014, kind="inner", distribution="uniform"):
+    """The share of rigs, built and driven within tolerances, that have a detached curve.
+
+    Every rig is classified as `rigsim.classify` does it. A drawn rig that cannot be (an unstretched wire longer than
+    the installed one) has no curve.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+        The nominal rig; it need not have the curve itself.
+    force : float
+        Nominal amplitude (N, above zero).
+    tolerances : dict of str to float or str
+        For each quantity that varies (a field, "force", "k1", "k3" or a non-dimensional name) its half-width, in SI
+        units, or as text in per cent of its value: ``{"d0": 1e-6, "c": "20 %"}``. Quantities vary independently.
+    samples : int
+        Number of rigs.
+    seed : int or numpy.random.Generator
+        The same seed gives the same rigs.
+    kind : {"inner", "outer"}
+    distribution : {"uniform", "normal"}
+        Uniform between minus and plus the half-width, or normal with it as two standard deviations.
+
+    Returns
+    -------
+    ToleranceStudy
+
+    Raises
+    ------
+    ValueError
+        If an input is not allowed, or the shaker is undamped.
+
+    Examples
+    --------
+    >>> tolerance_study(RigParameters(), 3.18, {"d0": 1e-6, "force": "2 %"})  # doctest: +SKIP
+    """
+    force = checks.positive("force", force, "N")
+    widths = half_widths(parameters, force, tolerances)
+    samples = checks.integer("samples", samples, low=1)
+    checks.one_of("distribution", distribution, ("uniform", "normal"))
+    number = kind_number(kind)
+    generator = np.random.default_rng(seed)
+    values = {}
+    for name, width in widths.items():
+        if distribution == "uniform":
+            drawn = generator.uniform(-1, 1, samples)
+        else:
+            drawn = 0.5 * generator.standard_normal(samples)
+        values[name] = quantity(parameters, force, name).value + width * drawn
+
+    def judged(changes):
+        counts, distances = judge_varied(parameters, force, changes)
+        return counts[:, number] > 0, distances[:, number]
+
+    kept, distance = judged(values)
+    first = {name: drawn[:_COMPARED] for name, drawn in values.items()}
+    alone = {name: share(judged({name: first[name]})[0]) for name in widths}
+    nominal = {"force": np.full(min(samples, _COMPARED), force)}  # what is left when the only quantity is exact
+    exact = {
+        name: share(judged({other: drawn for other, drawn in first.items() if other != name} or nominal)[0])
+        for name in widths
+    }
+    return ToleranceStudy(
+        parameters, force, kind, distribution, widths, values, kept, distance, share(kept), alone, exact
+    )
