@@ -117,7 +117,7 @@ def test_strong_and_weak_records_are_identified_alike(rms):
     assert found.status == "identified"
 
 
-@pytest.mark.parametrize("stretch", [0.0, 5e-7, 1e-6])
+@pytest.mark.parametrize("stretch", [0.0, 5e-7])
 def test_a_suspension_without_linear_stiffness(stretch):
     rig = RigParameters()
     true = rig.replace(d0=rig.d - stretch).oscillator
@@ -150,14 +150,14 @@ def test_noise_that_a_very_strong_cube_carries_into_the_damping_is_told():
     ("said", "made"), [("linear", "zero"), ("zero", "linear"), ("band-limited", "zero"), ("zero", "band-limited")]
 )
 def test_a_wrong_hold_is_told_with_the_right_one(said, made):
-    record = band_limited_record(duration=20) if made == "band-limited" else cubic_record(duration=20, hold=made)
+    record = band_limited_record(duration=10) if made == "band-limited" else cubic_record(duration=10, hold=made)
     status = identify(reread(record, hold=said)).status
     assert "of H_E unexplained" in status and f'hold = "{made}" would leave' in status
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_swapped_channels_are_told(noise):
-    record = cubic_record(duration=20, noise=noise)
+    record = cubic_record(duration=10, noise=noise)
     status = identify(reread(record, shaker=record.mass, mass=record.shaker)).status
     assert "of H_E unexplained" in status and "shaker and mass swapped would leave" in status
 
