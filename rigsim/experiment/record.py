@@ -3,7 +3,7 @@
 import csv
 import json
 import os
-from dataclasses import MISSING, asdict, dataclass, fields
+from dataclasses import MISSING, asdict, dataclass, fields, replace
 from pathlib import Path
 from uuid import uuid4
 
@@ -89,6 +89,10 @@ class Record(Result):
             set_field("step", checks.positive("step", self.step, "s"))
         if self.parameters is not None:
             parameters.oscillator_of(self.parameters)
+
+    def replace(self, **changes):
+        """A copy with some fields changed, checked again."""
+        return replace(self, **changes)
 
     @property
     def time(self):
