@@ -35,7 +35,7 @@ from .svg import unique_ids
 
 _WORKERS = 2
 _CELL_TIMEOUT = 900  # s; a cell that takes longer hangs
-_NUMBER = re.compile(r"(?:nan|[-+\u2212]?[\d.][\d.,e+\u2212-]*(?:\s*%|j)?)?", re.IGNORECASE)
+_NUMBER = re.compile(r"(?:nan|[-+\u2212]?inf|[-+\u2212]?[\d.][\d.,e+\u2212-]*(?:\s*%|j)?)?", re.IGNORECASE)
 _SHORT = 24  # characters that a table's cell keeps on one line
 _TALL = 100  # rows beyond which a table scrolls in a box of its own
 _PACKAGES = ("rigsim", "numpy", "scipy", "pymunk", "numba", "matplotlib", "ipywidgets", "jupyterlab")
