@@ -107,7 +107,7 @@ def _parser():
 
 def _report(args, rest):
     try:
-        from .present.report import ReportError, build_reports
+        from .present.report.build import ReportError, build_reports
     except ModuleNotFoundError as error:
         raise environment.SetupError(
             f"this environment has no {error.name}: install what environment.txt lists, "

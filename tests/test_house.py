@@ -20,8 +20,11 @@ ROOMS = [
     {"parameters"},
     {"campaign"},
     {"model"},
-    {"response", "experiment"},
-    {"identification"},
+    {"theory", "experiment"},
+    {"attraction", "identification"},
+    {"orbits"},
+    {"design"},
+    {"paper"},
     {"present"},
 ]
 RANK = {room: rank for rank, rooms in enumerate(ROOMS) for room in rooms}

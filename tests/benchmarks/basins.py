@@ -11,8 +11,8 @@ from run import fastest
 from scipy.integrate import solve_ivp
 
 from rigsim import RigParameters, basins
-from rigsim.response.attractors import default_box, landscape, quasi_random
-from rigsim.response.flow import accurate_flow
+from rigsim.attraction.attractors import default_box, landscape, quasi_random
+from rigsim.attraction.flow import accurate_flow
 
 FORCE, FREQUENCY, PERIODS = 3.18, 30.0, 10
 

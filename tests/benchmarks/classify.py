@@ -1,7 +1,7 @@
 """Ten thousand random parameter sets classified: how many inner and outer detached curves each has.
 
 Unit: the companion-matrix eigenvalues of Eq. (5a) at 1501 frequencies for one set, in one numpy.linalg.eigvals call.
-That none is wrong is held by tests/response/test_classify.py against certified roots in exact arithmetic.
+That none is wrong is held by tests/design/test_count.py against certified roots in exact arithmetic.
 """
 
 import numpy as np

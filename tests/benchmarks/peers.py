@@ -33,7 +33,7 @@ from response import companions
 from run import fastest
 
 from rigsim import RigParameters, frequency_response, periodic_orbits
-from rigsim.response.cubic import dynamic_stiffness
+from rigsim.theory.cubic import dynamic_stiffness
 
 FOLDER = Path(__file__).parent
 ROOT = FOLDER.parent.parent

@@ -20,7 +20,7 @@ def small_notebooks(tmp_path_factory):
 @pytest.fixture(scope="session")
 def small_reports(small_notebooks, tmp_path_factory):
     """Folder with the pages of `small_notebooks`."""
-    from rigsim.present.report import build_reports
+    from rigsim.present.report.build import build_reports
 
     output = tmp_path_factory.mktemp("reports")
     build_reports(notebooks=small_notebooks, output=output, progress=False)

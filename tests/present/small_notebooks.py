@@ -18,7 +18,7 @@ FIRST = [
     new_code_cell(
         "import sys\n\nimport ipywidgets\nimport numpy as np\nimport pandas as pd\nfrom tqdm.auto import tqdm\n\n"
         "from rigsim.present.figures.style import style, subplots\n"
-        "from rigsim.present.moving import Curve, MovingPlot, Panel, Shape, animate"
+        "from rigsim.present.moving.plot import Curve, MovingPlot, Panel, Shape, animate"
     ),
     new_markdown_cell("## Figures"),
     new_code_cell(

@@ -157,7 +157,7 @@ def test_recorder_sees_what_goes_wrong(browser, tmp_path, body, complaint):
 @pytest.fixture(scope="session")
 def real_reports(tmp_path_factory):
     """The repository's own notebooks, each run and written once."""
-    from rigsim.present.report import build_reports
+    from rigsim.present.report.build import build_reports
 
     output = tmp_path_factory.mktemp("real") / "reports"
     build_reports(notebooks=NOTEBOOKS, output=output, progress=False)

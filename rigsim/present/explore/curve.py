@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from ...response.amplitude import frequency_response
-from ...response.detached import detached_curves, folds
+from ...theory.amplitude import frequency_response
+from ...theory.detached import detached_curves, folds
 from ..figures.style import BLUE, GREY, ORANGE, PURPLE, STABLE, UNSTABLE
 
 BAND = (5.0, 80.0)  # Hz
@@ -77,7 +77,7 @@ def response_in_words(parameters, force):
     Raises
     ------
     ValueError
-        As `rigsim.response.detached.folds`.
+        As `rigsim.theory.detached.folds`.
     """
     curves = detached_curves(parameters, force)
     ends = {end for curve in curves for end in (curve.low, curve.high)}

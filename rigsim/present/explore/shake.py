@@ -8,10 +8,10 @@ import numpy as np
 from ...experiment.sine_test import sine_test
 from ...experiment.steady import Status
 from ...model.excitation import Tap
+from ...paper.virtual_experiment import overlay, trial_name
 from ..figures.experiment import amplitude_spectrum
 from ..figures.rig import only_rigs
 from ..figures.style import BLACK, GREY, ORANGE, RED, style, subplots
-from ..overlay import overlay, trial_name
 from .controls import (
     PAPERS_RIG,
     choice,

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from ...response.variation import quantity
+from ...design.variation import quantity
 from .style import BLUE, GREY, ORANGE, PURPLE, SKY, style, subplots
 
 _KINDS = {"inner": (ORANGE, "//"), "outer": (PURPLE, "\\\\")}

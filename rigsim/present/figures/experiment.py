@@ -6,8 +6,8 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from ... import checks
 from ...experiment.sine_test import SineTest
 from ...experiment.steady import Status
-from ...response.amplitude import frequency_response
-from ..overlay import BRANCHES
+from ...paper.virtual_experiment import BRANCHES
+from ...theory.amplitude import frequency_response
 from .response import frequency_response_figure
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, style, subplots
 

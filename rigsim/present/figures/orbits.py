@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from ...response.orbits import OrbitBranch
+from ...orbits.periodic_orbits import OrbitBranch
 from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, RIG, SKY, STABLE, UNSTABLE, style, subplots
 
 _PANELS = (("shaker", "shaker $x_s$"), ("mass", "suspended mass $x$"), ("relative", "relative $z = x_s - x$"))

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from ...response.detached import folds, force_scenario, interval_kind
+from ...theory.detached import folds, force_scenario, interval_kind
 from .style import BLUE, GREY, ORANGE, PURPLE, RIG, SKY, STABLE, UNSTABLE, style, subplots
 
 _PANELS = (("shaker", "shaker $x_s$"), ("mass", "suspended mass $x$"), ("relative", "relative $z = x_s - x$"))

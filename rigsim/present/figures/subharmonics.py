@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...parameters import oscillator_of
-from ...response.amplitude import frequency_response
+from ...theory.amplitude import frequency_response
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, STABLE, UNSTABLE, style, subplots
 
 _COLORS = {2: ORANGE, 3: GREEN}

@@ -5,8 +5,8 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from ... import checks
 from ...parameters import oscillator_of
-from ...response.amplitude import frequency_response
-from ...response.cubic import complex_amplitudes, dynamic_stiffness, fold_levels, solve
+from ...theory.amplitude import frequency_response
+from ...theory.cubic import complex_amplitudes, dynamic_stiffness, fold_levels, solve
 from .style import BLACK, BLUE, GREY, ORANGE, RED, SKY, style, subplots
 
 _TITLES = {"shaker": "shaker $x_s$", "mass": "suspended mass $x$", "relative": "relative $z = x_s - x$"}
@@ -17,7 +17,7 @@ def response_surface_figure(
 ):
     """Amplitude over frequency and force as one folded sheet, with its fold lines and the response at one force.
 
-    Above, the sheet: in the terms of `rigsim.response.cubic`, a frequency and a relative amplitude U belong to the
+    Above, the sheet: in the terms of `rigsim.theory.cubic`, a frequency and a relative amplitude U belong to the
     force at which (3/4) gamma X^2/e = U [(U + r)^2 + s^2], so every column of it runs over U and nothing is solved
     but its ends. Low and high solutions are light blue; the middle one of three, always unstable, is orange, and
     hatched by a denser mesh. Below, the same seen from above: the fold lines alone. Low and middle solutions meet at

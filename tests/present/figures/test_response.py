@@ -6,8 +6,8 @@ import pytest
 from rigsim.parameters import RigParameters
 from rigsim.present.figures.response import force_scenario_figure, frequency_response_figure
 from rigsim.present.figures.style import style, subplots
-from rigsim.response.amplitude import frequency_response
-from rigsim.response.detached import force_scenario
+from rigsim.theory.amplitude import frequency_response
+from rigsim.theory.detached import force_scenario
 
 
 @pytest.fixture(scope="module")

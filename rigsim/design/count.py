@@ -1,0 +1,183 @@
+"""Which detached curves exist, for many parameter sets at once, and how far the force is from the edge.
+
+The argument and the steps are those of `rigsim.theory.levels` and `rigsim.theory.detached`, compiled: breakpoints
+of the fold levels, then comparisons with gamma. A set whose breakpoints double-double cannot make certain is done
+again in exact integers.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from .. import checks
+from ..parameters import oscillator_of
+from ..theory.levels import LOWER, arrange, enclosed_breakpoints, exact_breakpoints, levels, passed
+
+KINDS = ("inner", "outer")
+_SAME = 1.0 + 1e-13  # levels nearer than that are one
+
+
+@njit(cache=True, nogil=True)
+def _count(minus, plus, windows, gamma, kind):
+    """Number of intervals whose two folds are both lower (kind 0, inner) or both upper (kind 1, outer)."""
+    folds = passed(minus, plus, windows, gamma)
+    count = 0
+    for i in range(0, folds.shape[0], 2):
+        if folds[i, 1] == folds[i + 1, 1] and (folds[i, 1] == LOWER) == (kind == 0):
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _spans(minus, plus, windows, kind):
+    """Ranges of gamma (n, 2), ascending, where a curve of a kind exists.
+
+    The list of intervals with three solutions is constant between neighbouring levels of breakpoints.
+    """
+    values = np.concatenate((minus, plus))
+    values = np.sort(values[(values > 0.0) & (values < math.inf)])
+    spans = np.empty((values.size + 1, 2))
+    count, inside, low = 0, False, 0.0
+    for i in range(values.size + 1):
+        high = values[i] if i < values.size else math.inf
+        if i > 0 and high <= low * _SAME:
+            continue
+        if values.size == 0:
+            gamma = 1.0
+        elif low == 0.0:
+            gamma = 0.5 * high
+        else:
+            gamma = 2.0 * low if high == math.inf else math.sqrt(low * high)
+        exists = _count(minus, plus, windows, gamma, kind) > 0
+        if exists and not inside:
+            spans[count, 0] = low
+            count += 1
+        if exists:
+            spans[count - 1, 1] = high
+        inside, low = exists, high
+    return spans[:count]
+
+
+@njit(cache=True, nogil=True)
+def _distance(spans, gamma):
+    """Signed distance of ln(force) from the nearest end of the spans: positive inside, -infinity without spans."""
+    outside = math.inf
+    for i in range(spans.shape[0]):
+        low, high = spans[i]
+        if low < gamma < high:
+            return 0.5 * min(math.log(gamma / low) if low > 0.0 else math.inf, math.log(high / gamma))
+        outside = min(outside, abs(math.log(low / gamma)) if low > 0.0 else math.inf, abs(math.log(high / gamma)))
+    return -0.5 * outside
+
+
+@njit(cache=True, nogil=True)
+def _judge(X, minus, plus, windows, gamma, counts, distances):
+    for kind in range(2):
+        counts[kind] = _count(minus, plus, windows, gamma, kind)
+        distances[kind] = _distance(_spans(minus, plus, windows, kind), gamma)
+
+
+@njit(cache=True, nogil=True)
+def _judge_all(sets, counts, distances, doubtful):
+    for i in range(sets.shape[0]):
+        mu, zeta_s, zeta, Omega0, gamma = sets[i]
+        if gamma == 0.0:
+            continue
+        cusps, extrema, certain = enclosed_breakpoints(mu, zeta_s, zeta, Omega0)
+        doubtful[i] = not certain
+        if certain:
+            _judge(*arrange(mu, zeta_s, zeta, Omega0, cusps, extrema), gamma, counts[i], distances[i])
+
+
+def judge(sets):
+    """Number of detached curves, and distance of the force from the nearest edge of their existence.
+
+    Parameters
+    ----------
+    sets : (n, 5) array
+        mu, zeta_s, zeta, Omega0, gamma of each; already checked.
+
+    Returns
+    -------
+    counts : (n, 2) int array
+        Inner and outer detached curves.
+    distances : (n, 2) array
+        ln(F/F_edge) of the nearest force at which the last curve of a kind vanishes, positive where there is one and
+        negative where there is none; -infinity where there is none at any force.
+    """
+    sets = np.ascontiguousarray(sets, dtype=float)
+    counts, distances = np.zeros((len(sets), 2), dtype=np.int64), np.full((len(sets), 2), -math.inf)
+    doubtful = np.zeros(len(sets), dtype=np.bool_)
+    _judge_all(sets, counts, distances, doubtful)
+    for i in np.flatnonzero(doubtful):
+        numbers = sets[i, :4].tolist()
+        _judge(*arrange(*numbers, *exact_breakpoints(*numbers)), sets[i, 4], counts[i], distances[i])
+    return counts, distances
+
+
+def classify(mu, zeta_s, zeta, Omega0, gamma):
+    """Number of inner and of outer detached curves of many non-dimensional parameter sets.
+
+    Parameters
+    ----------
+    mu, zeta_s, zeta, Omega0, gamma : array_like
+        The numbers of Eqs. (4a, b), broadcast against each other: mu and zeta_s above zero, the others of at least
+        zero.
+
+    Returns
+    -------
+    inner, outer : int array
+        In the shape that the parameters broadcast to.
+
+    Raises
+    ------
+    ValueError
+        If a value is not allowed, or the shapes do not fit.
+
+    Examples
+    --------
+    >>> classify(0.0338, 0.0916, 0.0072, 0.211, [0.004, 0.006, 0.03])  # doctest: +SKIP
+    (array([0, 1, 0]), array([0, 0, 0]))
+    """
+    given = {"mu": mu, "zeta_s": zeta_s, "zeta": zeta, "Omega0": Omega0, "gamma": gamma}
+    arrays = []
+    for name, values in given.items():
+        ndim = np.ndim(values)
+        checked = checks.array(name, values, ndim=max(ndim, 1), low=0.0, low_open=name in ("mu", "zeta_s"))
+        arrays.append(checked.reshape(np.shape(values)))
+    try:
+        arrays = np.broadcast_arrays(*arrays)
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
+        raise ValueError(f"the shapes {shapes} do not fit together; expected ones that broadcast") from None
+    counts, _ = judge(np.stack([array.ravel() for array in arrays], axis=1))
+    return tuple(counts.T.reshape((2, *arrays[0].shape)))
+
+
+def existence_forces(parameters, kind="inner"):
+    """Every range of forces over which a detached curve of a kind exists.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+    kind : {"inner", "outer"}
+
+    Returns
+    -------
+    tuple of (float, float)
+        Lowest and highest force (N) of each range, ascending; empty if there is none.
+
+    Raises
+    ------
+    ValueError
+        If an input is not allowed, or the shaker is undamped.
+    """
+    oscillator = oscillator_of(parameters)
+    number = KINDS.index(checks.one_of("kind", kind, KINDS))
+    if oscillator.k3 == 0:
+        return ()
+    group = oscillator.nondimensional(1.0)
+    found = levels(group)
+    forces = np.sqrt(_spans(found.minus, found.plus, found.windows, number) / group.gamma)
+    return tuple((low, high) for low, high in forces.tolist())

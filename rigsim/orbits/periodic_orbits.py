@@ -1,0 +1,508 @@
+"""Periodic orbits of Eqs. (3a, b) with any number of harmonics: every piece of the response, untold.
+
+Algorithm:
+
+1. seed: every solution of the single-term equation (5a), at frequencies across the band, at its ends, and inside
+   every interval with three solutions (so inside every detached curve), is corrected to a converged orbit, by way of
+   fewer harmonics if need be;
+2. compare: a seed that lies on a curve already traced is dropped;
+3. trace: arc-length continuation both ways to the ends of the band, or until the curve closes;
+4. fold: every turning point is located and becomes an orbit of the curve;
+5. branch off: where orbits can lose their symmetry, the curve of asymmetric ones (even lines and a mean) is traced
+   until it meets the symmetric curve again; its mirror image, half a period later, is not repeated. Where these can
+   double their period, the curves of twice the period are traced likewise, if asked for;
+6. join: where several curves end at one end of the band, they are followed beyond it to twice its upper frequency
+   or half its lower one, to learn which of them are one curve.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from .. import checks
+from ..campaign.progress import reporting
+from ..parameters import OscillatorParameters, RigParameters, oscillator_of
+from ..results import Result
+from ..theory.amplitude import frequency_response
+from ..theory.detached import folds
+from ..theory.floquet import is_stable
+from .continuation import (
+    CLOSED,
+    FULL,
+    HIGH,
+    LOW,
+    MIRROR,
+    STUCK,
+    advance,
+    breaking_direction,
+    breaking_sign,
+    correct_at,
+    distance,
+    lies_on,
+    locate_fold,
+    trace,
+    unit_tangent,
+)
+from .harmonic_balance import balance
+from .shooting import shoot_orbit
+from .stability import hill_multipliers, stability_changes
+
+_SEEDS = 24
+_SHARES = (0.03, 0.2, 0.5, 0.8, 0.97)  # of an interval with three solutions
+_LONGEST = 0.06  # relative length of a step
+_ROOM = 20_000  # orbits a curve may have
+_SAME = 1e-6  # relative distance below which two orbits are one
+
+
+_ROUNDING = 1e-8  # even lines below this share of an orbit's largest are none
+_OFF = 0.03  # relative length of the first step off a symmetric curve
+_NEAR = 0.3  # relative distance within which a single-term solution is an orbit's counterpart
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """A stretch of a curve over which single-term balance gives another verdict on stability.
+
+    Attributes
+    ----------
+    low, high : float
+        Hz.
+    stable : bool
+        Verdict of the converged orbits; single-term balance says the contrary.
+    """
+
+    low: float
+    high: float
+    stable: bool
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OrbitBranch(Result):
+    """A connected curve of periodic orbits inside a band, ordered along itself; what `periodic_orbits` returns.
+
+    Lines are complex: u(t) = Re(sum_k U[k] exp(2 pi i k f t / period)), so column 0 is the mean and column ``period``
+    the line at the forcing frequency f, zero to peak, phase against the force F cos(2 pi f t).
+
+    Attributes
+    ----------
+    parameters : RigParameters or OscillatorParameters
+    force : float
+        Amplitude F (N).
+    law : str
+        "exact" or "cubic".
+    frequency : (n,) array
+        Forcing frequency (Hz); turns back at every fold. The last orbit of a closed curve is its first.
+    shaker, mass, relative : (n, period harmonics + 1) complex array
+        Lines of xs, x and z (m).
+    closed : bool
+        Whether it closes on itself inside the band.
+    period : int
+        Period of the orbits, in forcing periods.
+    folds : tuple of int
+        Indices of the orbits at which the frequency turns, located to 1e-6 Hz and better.
+    status : str
+        How it ends, at both ends, and why; and single-term solutions nearby from which no orbit was found, as happens
+        where these have folds that converged orbits do not.
+    joins : tuple of int
+        Positions, in the tuple it came in, of the curves that it joins outside the band.
+    """
+
+    parameters: RigParameters | OscillatorParameters
+    force: float
+    law: str
+    frequency: np.ndarray
+    shaker: np.ndarray
+    mass: np.ndarray
+    relative: np.ndarray
+    closed: bool
+    period: int
+    folds: tuple
+    status: str
+    joins: tuple = ()
+
+    plot_name = "orbits_figure"
+
+    @property
+    def harmonics(self):
+        """Multiples of the forcing frequency that were kept."""
+        return (self.relative.shape[1] - 1) // self.period
+
+    @property
+    def symmetric(self):
+        """Whether the second half of every orbit mirrors its first: all even lines are zero."""
+        return not self.relative[:, ::2].any()
+
+    @cached_property
+    def multipliers(self):
+        """(n, 4) complex Floquet multipliers about these orbits, over their period, by Hill's determinant.
+
+        See `rigsim.orbits.stability`; `shoot` has them by another way.
+        """
+        return hill_multipliers(*self._equations())
+
+    @cached_property
+    def stable(self):
+        """(n,) bool: whether all `multipliers` lie inside the unit circle."""
+        return is_stable(self.multipliers)
+
+    @cached_property
+    def special_points(self):
+        """Tuple of `SpecialPoint` in the order of the curve: folds, and every change of stability."""
+        return stability_changes(*self._equations(), self.folds)
+
+    @cached_property
+    def disagreements(self):
+        """Tuple of `Disagreement`: where the paper's way to judge stability errs on this curve.
+
+        Symmetric orbits of period 1 have a single-term counterpart: the solution nearest to their line at the forcing
+        frequency, unless that lies further than 30 % away. A stretch ends at a special point, or half-way between two
+        orbits.
+        """
+        if self.period != 1 or not self.symmetric:
+            return ()
+        theory = frequency_response(self.parameters, self.force, self.frequency)
+        apart = abs(theory.relative - self.relative[:, 1:2])
+        nearest = np.nanargmin(apart, axis=1)[:, None]
+        verdict = np.take_along_axis(theory.stable, nearest, axis=1)[:, 0]
+        near = np.take_along_axis(apart, nearest, axis=1)[:, 0] < _NEAR * abs(self.relative[:, 1])
+        differs = near & (verdict != self.stable)
+        cuts = np.flatnonzero(np.diff(differs) | np.diff(self.stable))
+        known = {point.index: point.frequency for point in self.special_points}
+        edges = {i: known.get(int(i), 0.5 * (self.frequency[i] + self.frequency[i + 1])) for i in cuts}
+        found = []
+        for run in np.split(np.arange(differs.size), cuts + 1):
+            if differs[run[0]]:
+                places = [*self.frequency[run], *(edges[i] for i in (run[0] - 1, run[-1]) if i in edges)]
+                found.append(Disagreement(float(min(places)), float(max(places)), bool(self.stable[run[0]])))
+        return tuple(found)
+
+    def shoot(self, i):
+        """Orbit ``i`` found again by shooting in time, as a `ShotOrbit`."""
+        rate = 2j * np.pi * self.frequency[i] / self.period * np.arange(self.relative.shape[1])
+        motion = np.array([self.shaker[i], self.mass[i]])
+        state = np.concatenate([motion.real.sum(axis=1), (rate * motion).real.sum(axis=1)])
+        return shoot_orbit(self.parameters, self.force, self.frequency[i], state, self.law, period=self.period)
+
+    def _equations(self):
+        """The balance equations that the curve obeys, and its unknowns (n, ...)."""
+        equations = balance(
+            self.parameters, self.force, self.harmonics, self.law, self.period, self.period != 2 and self.symmetric
+        )
+        points = [equations.unknowns(f, lines) for f, lines in zip(self.frequency, self.relative, strict=True)]
+        return equations, np.array(points)
+
+    def table(self):
+        """`pandas.DataFrame` of the special points."""
+        import pandas as pd
+
+        rows = [(p.kind, p.frequency, 1e3 * abs(p.relative), abs(p.multipliers[0])) for p in self.special_points]
+        return pd.DataFrame(rows, columns=["special point", "frequency (Hz)", "|z| (mm)", "largest |multiplier|"])
+
+    def summary(self):
+        low, high = self.frequency.min(), self.frequency.max()
+        return (
+            f"OrbitBranch: {self.frequency.size} orbits of period {self.period} from {low:.4f} to {high:.4f} Hz, "
+            f"{len(self.folds)} folds, {self.status}"
+        )
+
+
+def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *, period=1, progress=False):
+    """Every curve of periodic orbits over a band of frequencies, by harmonic balance and continuation.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+        The exact law needs the wires of the former.
+    force : float
+        Force amplitude F (N, above zero).
+    band : (float, float)
+        Forcing frequencies (Hz).
+    harmonics : int
+        Multiples of the forcing frequency kept besides the mean, odd and even; 1 is single-term theory (and a mean).
+    law : {"exact", "cubic"}
+        Eq. (1) or Eq. (2).
+    period : {1, 2}
+        1: every curve above; 2: the curves of twice the period that branch off them inside the band. Subharmonic
+        motions that are connected to none of these need a first orbit, see `continue_orbit`.
+    progress : bool or callable
+        See `rigsim.campaign.progress.reporting`; counts seeds.
+
+    Returns
+    -------
+    tuple of OrbitBranch
+
+    Raises
+    ------
+    ValueError
+        If an input is not allowed, the exact law is asked of a set without wires, or the shaker is undamped.
+    """
+    checks.one_of("period", period, (1, 2))
+    equations = balance(parameters, force, harmonics, law, symmetric=True)
+    low, high = _checked_band(band)
+    # Seeds that do not lead to an orbit at once are led there by way of fewer harmonics.
+    fewer = [balance(parameters, force, h, law, symmetric=True) for h in range(1, equations.harmonics, 2)]
+    curves, lost = [], []
+    seeds = _seeds(parameters, force, low, high)
+    with reporting(progress, len(seeds), "periodic orbits") as report:
+        for number, (frequency, relative) in enumerate(seeds):
+            good, x, tangent = _seed_orbit(equations, fewer, frequency, [0, relative])
+            if not good:
+                lost.append((frequency, relative))
+            elif not any(lies_on(*equations.system, *curve[:2], x) for curve in curves):
+                curves.append(_curve(equations, x, tangent, low, high))
+            report(number + 1)
+    if not curves:
+        raise RuntimeError(f"no single-term solution from {low:g} to {high:g} Hz led to a converged orbit")
+    every_line = balance(parameters, force, harmonics, law)
+    bent = _branching_curves(equations, every_line, curves, low, high)
+    groups = [(equations, curves), (every_line, bent)]
+    if period == 2:
+        doubled = balance(parameters, force, harmonics, law, period)
+        groups, lost = [(doubled, _branching_curves(every_line, doubled, bent, low, high))], []
+    branches = []
+    for system, members in groups:
+        joins, remarks = _joins(system, members, low, high)
+        first = len(branches)
+        for curve, join, remark in zip(members, joins, remarks, strict=True):
+            branch = _branch(system, parameters, law, *curve)
+            joined = tuple(first + i for i in join)
+            branches.append(replace(branch, joins=joined, status=branch.status + remark))
+    for frequency, relative in lost:
+        gaps = [np.hypot(b.frequency / frequency - 1, abs(b.relative[:, 1] / relative - 1)).min() for b in branches]
+        near = int(np.argmin(gaps))
+        remark = (
+            f"; no orbit was found from the single-term solution {abs(relative):.4g} m at {frequency:.6g} Hz nearby"
+        )
+        branches[near] = replace(branches[near], status=branches[near].status + remark)
+    return tuple(branches)
+
+
+def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmonics=9, law="exact", *, period=1):
+    """The curve of periodic orbits through one that is roughly known, such as a subharmonic motion.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+    force : float
+        Force amplitude F (N, above zero).
+    frequency : float
+        Forcing frequency of the known orbit (Hz), inside the band.
+    relative : (k,) array_like of complex
+        Its lines of z (m) at the multiples 0, 1, ... of frequency/period; missing ones are taken as zero.
+    band : (float, float)
+        Forcing frequencies (Hz).
+    harmonics : int
+        Multiples of the forcing frequency kept; so ``period`` times as many lines.
+    law : {"exact", "cubic"}
+    period : {1, 2, 3}
+        Period of the orbit, in forcing periods.
+
+    Returns
+    -------
+    OrbitBranch
+
+    Raises
+    ------
+    ValueError
+        If an input is not allowed, or no orbit is found from the given lines.
+    """
+    equations = balance(parameters, force, harmonics, law, period)
+    low, high = _checked_band(band)
+    frequency = checks.real("frequency", frequency, "Hz", low=low, high=high)
+    relative = np.atleast_1d(np.asarray(relative, dtype=complex))
+    if relative.ndim != 1 or not np.isfinite(relative).all():
+        raise ValueError(f"relative has shape {relative.shape}; expected one row of finite lines (m)")
+    x = equations.unknowns(frequency, relative)
+    good, steps, tangent = correct_at(*equations.system, x, x[-1], 60, 0.3)
+    if not good:
+        raise ValueError(
+            f"relative at frequency = {frequency:g} Hz is not allowed; expected lines close enough to an orbit, "
+            f"but Newton's method found none in {steps} steps"
+        )
+    lines = abs(equations.lines(x[None])[3][0])
+    if period != 2 and lines[::2].max() < _ROUNDING * lines.max():
+        symmetric = balance(parameters, force, harmonics, law, period, symmetric=True)
+        x = symmetric.unknowns(frequency, equations.lines(x[None])[3][0])
+        again, _, tangent_there = correct_at(*symmetric.system, x, x[-1], 10, 0.3)
+        if again:
+            equations, tangent = symmetric, tangent_there
+    return _branch(equations, parameters, law, *_curve(equations, x, tangent, low, high))
+
+
+def _checked_band(band):
+    band = checks.array("band", band, "Hz", low=0.0, low_open=True)
+    if band.size != 2 or not band[0] < band[1]:
+        raise ValueError(f"band = {tuple(band.tolist())} Hz is not allowed; expected two frequencies, ascending")
+    return float(band[0]), float(band[1])
+
+
+def _seeds(parameters, force, low, high):
+    """Single-term solutions (Hz, complex z in m): the ends of the band, detached curves, then a grid."""
+    oscillator = oscillator_of(parameters)
+    points = [fold.frequency for fold in folds(oscillator, force)]
+    inside = []
+    for left, right in zip(points[::2], points[1::2], strict=True):
+        left, right = max(left, low), min(right, high)
+        if left < right:
+            inside += [left + share * (right - left) for share in _SHARES]
+    frequency = np.array([low, high, *inside, *np.geomspace(low, high, _SEEDS)[1:-1]])
+    response = frequency_response(oscillator, force, frequency)
+    return [(f, z) for f, row in zip(frequency, response.relative, strict=True) for z in row if np.isfinite(z)]
+
+
+def _seed_orbit(equations, fewer, frequency, lines):
+    """(Whether it converged, orbit, tangent) from approximate lines of z (m) at Hz."""
+    x = equations.unknowns(frequency, lines)
+    good, _, tangent = correct_at(*equations.system, x, x[-1], 30, 0.3)
+    if not good:
+        for system in [*fewer, equations]:
+            x = system.unknowns(frequency, lines)
+            good, _, tangent = correct_at(*system.system, x, x[-1], 60, 0.1)
+            if not good:
+                break
+            lines = system.lines(x[None])[3][0]
+    return good, x, tangent
+
+
+def _curve(equations, x, tangent, low, high):
+    """Orbits of the whole curve through x, their tangents, why it ends at its two ends, indices of its folds."""
+    edges = low / equations.hertz, high / equations.hertz
+    system = equations.system
+    points, tangents, _, code = trace(*system, x, tangent, *edges, _LONGEST, _ROOM, -1)
+    ends = code, code
+    if code != CLOSED:
+        back, back_tangents, _, other = trace(*system, x, -tangent, *edges, _LONGEST, _ROOM, -1)
+        points = np.concatenate([back[:0:-1], points])
+        tangents = np.concatenate([-back_tangents[:0:-1], tangents])
+        ends = other, code
+        keep = np.append(True, [distance(a, b) > 1e-12 for a, b in zip(points, points[1:], strict=False)])
+        points, tangents = points[keep], tangents[keep]
+    if code != CLOSED and points[0, -1] > points[-1, -1]:
+        points, tangents, ends = points[::-1].copy(), -tangents[::-1], ends[::-1]
+    points, tangents, turns = _with_folds(system, points, tangents)
+    return points, tangents, ends, turns
+
+
+def _with_folds(system, points, tangents):
+    """The curve with an orbit put in at every fold; indices of those."""
+    turning = np.flatnonzero(tangents[:-1, -1] * tangents[1:, -1] < 0)
+    extra, extra_tangents = [], []
+    for i in turning:
+        sizes = np.append(np.full(points.shape[1] - 1, np.linalg.norm(points[i, :-1])), points[i, -1])
+        length = float(np.sum(tangents[i] * (points[i + 1] - points[i]) / sizes**2))
+        good, point, tangent = locate_fold(*system, points[i], tangents[i], length)
+        if not good:  # never seen: both ends were corrected in planes next to these
+            raise RuntimeError(f"the fold between Omega = {points[i, -1]} and {points[i + 1, -1]} was not located")
+        extra.append(point)
+        extra_tangents.append(unit_tangent(point, tangent))
+    if not extra:
+        return points, tangents, ()
+    points = np.insert(points, turning + 1, extra, axis=0)
+    tangents = np.insert(tangents, turning + 1, extra_tangents, axis=0)
+    return points, tangents, tuple((turning + 1 + np.arange(turning.size)).tolist())
+
+
+def _branch(equations, parameters, law, points, _, ends, turns):
+    frequency, shaker, mass, relative = equations.lines(points)
+    closed = ends[0] == CLOSED
+    if closed:
+        status = "closed"
+    else:
+        status = f"{_end(ends[0], frequency[0])}, {_end(ends[1], frequency[-1])}"
+    return OrbitBranch(
+        parameters, equations.force, law, frequency, shaker, mass, relative, closed, equations.period, turns, status
+    )
+
+
+def _end(code, frequency):
+    return {
+        LOW: f"reaches {frequency:g} Hz",
+        HIGH: f"reaches {frequency:g} Hz",
+        STUCK: f"stopped at {frequency:.6f} Hz, where Newton's method did not converge at the shortest step",
+        MIRROR: f"branches off at {frequency:.6f} Hz",
+        FULL: f"stopped at {frequency:.6f} Hz, after {_ROOM} orbits",
+    }[code]
+
+
+def _branching_curves(base, equations, curves, low, high):
+    """Curves that branch off ``curves`` of ``base``, of the form of `_curve`, each from where it does so.
+
+    From symmetric orbits to those with every line, or from those to orbits of twice the period.
+    """
+    places, parity = [], 0 if equations.period == base.period else 1
+    for points, _, _, _ in curves:
+        full = _with_every_line(base, equations, points)
+        signs = np.array([breaking_sign(*equations.system, x, parity) for x in full])
+        for i in np.flatnonzero(signs[:-1] * signs[1:] < 0):
+            places.append(_breaking_point(base, equations, points[i], points[i + 1], signs[i], parity))
+    found, used = [], set()
+    edges = low / equations.hertz, high / equations.hertz
+    for number, place in enumerate(places):
+        if number in used:
+            continue
+        direction = breaking_direction(*equations.system, place, parity)
+        for step in (_OFF, 0.3 * _OFF, 0.1 * _OFF):
+            sign, _, first, tangent = advance(*equations.system, place, direction, step)
+            if sign != 0 and edges[0] < first[-1] < edges[1] and distance(first, place) < 3 * step:
+                break
+        else:
+            continue  # they leave the band at once
+        points, tangents, _, code = trace(*equations.system, first, tangent, *edges, _LONGEST, _ROOM, parity)
+        points = np.concatenate([place[None], points])
+        tangents = np.concatenate([unit_tangent(place, direction)[None], tangents])
+        if code == MIRROR:
+            last = min(range(len(places)), key=lambda i: distance(places[i], points[-1]))
+            used.add(last)
+            inwards = breaking_direction(*equations.system, places[last], parity)
+            inwards *= np.sign(np.dot(inwards, points[-1] - points[-2]))
+            points = np.concatenate([points, places[last][None]])
+            tangents = np.concatenate([tangents, inwards[None]])
+        points, tangents, turns = _with_folds(equations.system, points, tangents)
+        found.append((points, tangents, (MIRROR, code), turns))
+    return found
+
+
+def _with_every_line(base, equations, points):
+    frequency, _, _, relative = base.lines(points)
+    lines = np.zeros((len(points), equations.harmonics + 1), dtype=complex)
+    lines[:, :: equations.period // base.period] = relative
+    return np.array([equations.unknowns(f, z) for f, z in zip(frequency, lines, strict=True)])
+
+
+def _breaking_point(base, equations, start, end, sign, parity):
+    """The orbit, with every line, between two of ``base`` at which the `breaking_sign` changes; by bisection."""
+    length = distance(end, start)
+    chord = (end - start) / length
+    left, right = 0.0, length
+    while right - left > 1e-12:
+        middle = 0.5 * (left + right)
+        _, _, x, _ = advance(*base.system, start, chord, middle)
+        x = _with_every_line(base, equations, x[None])[0]
+        if breaking_sign(*equations.system, x, parity) == sign:
+            left = middle
+        else:
+            right = middle
+    return x
+
+
+def _joins(equations, curves, low, high):
+    """For each curve, those it joins outside the band, and a remark on how far that was looked into."""
+    joins, remarks = [set() for _ in curves], ["" for _ in curves]
+    for code, edge, limit in ((LOW, low, 0.5 * low), (HIGH, high, 2 * high)):
+        ends = [(i, end) for i, (_, _, codes, _) in enumerate(curves) for end in (0, 1) if codes[end] == code]
+        if len(ends) < 2:
+            continue
+        within = sorted((edge / equations.hertz, limit / equations.hertz))
+        for i, end in ends:
+            points, tangents, _, _ = curves[i]
+            x, tangent = (points[0], -tangents[0]) if end == 0 else (points[-1], tangents[-1])
+            outside, _, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM, -1)
+            back = [
+                j for j, other in ends if (j, other) != (i, end) and distance(outside[-1], curves[j][0][-other]) < _SAME
+            ]
+            joins[i].update(back)
+            if not back and why not in (LOW, HIGH):
+                where = outside[-1, -1] * equations.hertz
+                remarks[i] += f"; beyond {edge:g} Hz followed only to {_end(why, where)}"
+    return [tuple(sorted(join)) for join in joins], remarks

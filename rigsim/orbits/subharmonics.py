@@ -1,0 +1,273 @@
+"""Motions that repeat after two or three forcing periods: searched over a band, and each followed to its folds.
+
+Single-term theory has no such motion, and none of its branches leads to one: their curves are closed on themselves.
+So they are searched from many starts at every frequency of a grid, and a motion that lies on no curve found so far is
+followed by harmonic balance until its curve closes or leaves the band.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import checks
+from ..attraction.attractors import landscape, quasi_random
+from ..campaign.run import run_chunks
+from ..parameters import OscillatorParameters, RigParameters
+from ..results import Result
+from .periodic_orbits import OrbitBranch, continue_orbit
+
+PERIODS = (2, 3)
+_SAME = 0.02  # of the largest line: how near a motion must come to a curve to lie on it
+_HARMONICS = 7  # of the curves
+
+
+@dataclass(frozen=True, eq=False)
+class SubharmonicMotion:
+    """A lasting motion of more than one forcing period, met at one frequency.
+
+    Attributes
+    ----------
+    frequency : float
+        Of the force (Hz).
+    period : int
+        In forcing periods.
+    amplitude : float
+        Largest abs(z) (m).
+    relative : (l,) complex array
+        Lines of z (m) at 0, f/period, 2 f/period, ...
+    share : float
+        Of the search's starts that lead to it.
+    """
+
+    frequency: float
+    period: int
+    amplitude: float
+    relative: np.ndarray
+    share: float
+
+    @property
+    def giveaway(self):
+        """Strongest line of z off the harmonics of the force: (frequency in Hz, amplitude in m)."""
+        size = np.abs(self.relative)
+        size[:: self.period] = 0.0
+        return float(size.argmax() * self.frequency / self.period), float(size.max())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SubharmonicFamily(Result):
+    """A curve of subharmonic motions.
+
+    Attributes
+    ----------
+    period : int
+        In forcing periods.
+    branch : OrbitBranch
+        The curve, stable and unstable, with its folds.
+    met : (k,) array
+        Frequencies at which the search met it (Hz).
+    """
+
+    period: int
+    branch: OrbitBranch
+    met: np.ndarray
+
+    @property
+    def folds(self):
+        """Frequencies at which the curve turns back (Hz), in its order."""
+        return tuple(float(self.branch.frequency[i]) for i in self.branch.folds)
+
+    def summary(self):
+        """One line with its reach and where it was met."""
+        low, high = self.branch.frequency.min(), self.branch.frequency.max()
+        shape = "closed" if self.branch.closed else self.branch.status
+        return (
+            f"SubharmonicFamily of period {self.period}: {low:.3f} to {high:.3f} Hz, {len(self.folds)} folds, {shape}; "
+            f"met at {self.met.min():g} to {self.met.max():g} Hz"
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Subharmonics(Result):
+    """Subharmonic motions over a band; what `subharmonic_motions` returns.
+
+    Attributes
+    ----------
+    parameters : RigParameters or OscillatorParameters
+    law : str
+    force : float
+        N.
+    frequency : (n,) array
+        Where was searched (Hz).
+    starts : int
+        At each of them.
+    motions : tuple of SubharmonicMotion
+        Every one met, by frequency; those of more than three periods too, which are not followed.
+    families : tuple of SubharmonicFamily
+        The curves of period 2 and 3 that they lie on.
+    """
+
+    parameters: RigParameters | OscillatorParameters
+    law: str
+    force: float
+    frequency: np.ndarray
+    starts: int
+    motions: tuple
+    families: tuple
+
+    plot_name = "subharmonics_figure"
+
+    def table(self):
+        """`pandas.DataFrame`: every motion met, and the line of its spectrum that gives it away."""
+        import pandas as pd
+
+        rows = [
+            (
+                one.frequency,
+                one.period,
+                1e3 * one.amplitude,
+                1e3 * abs(one.relative[one.period]),
+                one.giveaway[0],
+                1e3 * one.giveaway[1],
+                100 * one.share,
+            )
+            for one in self.motions
+        ]
+        columns = [
+            "frequency [Hz]",
+            "period",
+            "largest |z| [mm]",
+            "|z| at f [mm]",
+            "tell-tale line [Hz]",
+            "its |z| [mm]",
+        ]
+        return pd.DataFrame(rows, columns=[*columns, "share [%]"])
+
+    def summary(self):
+        """One line: how many motions and families."""
+        told = ", ".join(
+            f"period {one.period} from {one.branch.frequency.min():.2f} to {one.branch.frequency.max():.2f} Hz"
+            for one in self.families
+        )
+        low, high = self.frequency.min(), self.frequency.max()
+        return (
+            f"Subharmonics at {self.force:g} N, {low:g} to {high:g} Hz: {len(self.motions)} motions met from "
+            f"{self.starts} starts at each of {self.frequency.size} frequencies; families: {told or 'none'}"
+        )
+
+
+def subharmonic_motions(
+    parameters,
+    force,
+    frequency=None,
+    *,
+    law="exact",
+    starts=256,
+    follow=(20.0, 200.0),
+    seed=0,
+    progress=False,
+    executor=None,
+    checkpoint=None,
+):
+    """Search a band for motions of two and three forcing periods, and follow each to both its folds.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+        The latter takes the cubic law only.
+    force : float
+        Amplitude F (N).
+    frequency : (n,) array_like, optional
+        Where to search (Hz); by default every 2 Hz from 40 to 110.
+    law : {"exact", "cubic"}
+        Eq. (1) or Eq. (2).
+    starts : int
+        Quasi-random states at every frequency; see `rigsim.attraction.attractors.attractors`.
+    follow : (float, float)
+        Band in which curves are followed (Hz); widened to hold ``frequency``.
+    seed : int
+    progress : bool or callable
+        True shows a bar; a callable is told (frequencies done, frequencies in all).
+    executor : concurrent.futures.Executor, optional
+        Where frequencies are searched, by default here one after the other, each on every core.
+    checkpoint : path, optional
+        File that keeps finished frequencies.
+
+    Returns
+    -------
+    Subharmonics
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed.
+    """
+    frequency = np.arange(40.0, 110.5, 2.0) if frequency is None else frequency
+    frequency = np.unique(checks.array("frequency", frequency, "Hz", low=0.0, low_open=True))
+    follow = checks.array("follow", follow, "Hz", low=0.0, low_open=True, min_size=2)
+    band = min(follow[0], 0.99 * frequency[0]), max(follow[-1], 1.01 * frequency[-1])
+    common = {"parameters": parameters, "force": force, "law": law, "starts": starts, "seed": seed}
+    chunks = [common | {"frequency": float(f)} for f in frequency]
+    options = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "frequencies"}
+    motions = []
+    for f, found in zip(frequency, run_chunks(_search_chunk, chunks, **options), strict=True):
+        for period, amplitude, relative, share in zip(*(found[name] for name in _KEPT), strict=True):
+            lines = relative[: 9 * period + 1]
+            motions.append(SubharmonicMotion(float(f), int(period), float(amplitude), lines, float(share)))
+    families = _families(parameters, force, law, band, motions)
+    return Subharmonics(parameters, law, float(force), frequency, starts, tuple(motions), families)
+
+
+_KEPT = ("period", "amplitude", "relative", "share")
+
+
+def _search_chunk(chunk):
+    """Motions of more than one period at one frequency, as arrays."""
+    found = landscape(**chunk)
+    several = [i for i, one in enumerate(found.attractors) if one.period > 1]
+    count = 9 * max([3, *(found.attractors[i].period for i in several)]) + 1
+    relative = np.zeros((len(several), count), dtype=complex)
+    for row, i in zip(relative, several, strict=True):
+        lines = found.attractors[i].relative
+        row[: lines.size] = lines
+    label, _ = found.settle(quasi_random(chunk["starts"], found.box, chunk["seed"]))
+    return {
+        "period": np.array([found.attractors[i].period for i in several], dtype=int),
+        "amplitude": np.array([found.attractors[i].amplitude for i in several]),
+        "relative": relative,
+        "share": np.array([(label == i).mean() for i in several]),
+    }
+
+
+def _families(parameters, force, law, band, motions):
+    """Follow every motion of two or three periods that lies on no curve yet."""
+    branches, met = [], []
+    for one in motions:
+        if one.period not in PERIODS:
+            continue
+        at = next((i for i, branch in enumerate(branches) if _lies_on(one, branch)), None)
+        if at is None:
+            at = len(branches)
+            branches.append(
+                continue_orbit(parameters, force, one.frequency, one.relative, band, _HARMONICS, law, period=one.period)
+            )
+            met.append([])
+        met[at].append(one.frequency)
+    families = [
+        SubharmonicFamily(branch.period, branch, np.array(places)) for branch, places in zip(branches, met, strict=True)
+    ]
+    return tuple(sorted(families, key=lambda one: (one.period, one.branch.frequency.min())))
+
+
+def _lies_on(motion, branch):
+    """Whether a curve passes through a motion, whichever of its periods or twins either begins with."""
+    if branch.period != motion.period:
+        return False
+    # A shift by a forcing period and the mirror image change phases only.
+    own = np.abs(motion.relative[: branch.relative.shape[1]])
+    sizes, f = np.abs(branch.relative), branch.frequency
+    for i in np.flatnonzero((f[:-1] - motion.frequency) * (f[1:] - motion.frequency) <= 0):
+        share = (motion.frequency - f[i]) / (f[i + 1] - f[i]) if f[i + 1] != f[i] else 0.5
+        there = (1 - share) * sizes[i] + share * sizes[i + 1]
+        if np.abs(there - own).max() < _SAME * own.max():
+            return True
+    return False

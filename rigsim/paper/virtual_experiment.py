@@ -1,0 +1,196 @@
+"""The rig laid over the theory: which branch each sine test ended on, and which stable branch no tap reached.
+
+A branch is named only when the whole spectrum allows it: a test that did not settle, or moves with a line below the
+force's frequency, is on no branch of the single-term theory, however near its line at f may come.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import checks
+from ..experiment.sine_test import LOWEST, SineTest, sine_test
+from ..experiment.steady import Status
+from ..model.excitation import Tap
+from ..results import Result
+from ..theory.amplitude import FrequencyResponse, frequency_response
+
+BRANCHES = ("low", "middle", "high")
+_NEAR = 0.15  # largest relative distance of z from a theoretical solution that bears its name
+_PATIENCE = 6.0  # s, for tests that three seconds do not settle
+_LADDER = tuple(
+    (velocity, part) for velocity in (0.25, 0.5, 1.0, 2.0) for part in (0, 1 / 4, 1 / 2, 3 / 4)
+)  # m/s, periods
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Overlay(Result):
+    """Sine tests of a rig beside the theory at their frequencies.
+
+    Attributes
+    ----------
+    response : FrequencyResponse
+        Theory at the frequencies of the tests, each once, ascending.
+    tests : tuple of SineTest
+        In the order they were run.
+    branch : tuple of ndarray of str
+        For each test of each campaign "low", "middle", "high" (by abs(z), where theory has three solutions), "only"
+        (where it has one), or the reason why none: "subharmonic", "still drifting", "not periodic", "flew apart",
+        "elsewhere" (settled, but near no solution).
+    """
+
+    response: FrequencyResponse
+    tests: tuple
+    branch: tuple
+
+    plot_name = "branches_figure"
+
+    def reached(self):
+        """Whether some test settled on each solution, bool array of shape (n, 3) as in ``response``."""
+        result = np.zeros(self.response.relative.shape, dtype=bool)
+        for test, branch in zip(self.tests, self.branch, strict=True):
+            at = np.searchsorted(self.response.frequency, test.frequency)
+            for j, name in enumerate(BRANCHES):
+                result[at[branch == name], j] = True
+            result[at[branch == "only"], 0] = True
+        return result
+
+    def missing(self):
+        """Frequencies (Hz) and names of branches that theory calls stable and no test reached, as a list of tuples."""
+        several = self.response.count == 3
+        lost = self.response.stable & ~self.reached()
+        return [
+            (float(self.response.frequency[i]), BRANCHES[j] if several[i] else "only") for i, j in np.argwhere(lost)
+        ]
+
+    def summary(self):
+        """One line: tests, named ones, what was missed."""
+        names = np.concatenate(self.branch)
+        named = np.isin(names, (*BRANCHES, "only")).sum()
+        return (
+            f"Overlay: {names.size} tests at {self.response.frequency.size} frequencies, {named} settled on a branch "
+            f"of the theory; {len(self.missing())} branches it calls stable were not reached"
+        )
+
+    def table(self):
+        """`pandas.DataFrame`: every frequency, trial, branch and status, with the distance from the theory."""
+        import pandas as pd
+
+        rows = []
+        for test, branch in zip(self.tests, self.branch, strict=True):
+            nearest, distance = _nearest(self.response, test)
+            known = np.isin(branch, (*BRANCHES, "only"))
+            rows.append(
+                pd.DataFrame(
+                    {
+                        "frequency [Hz]": test.frequency,
+                        "trial": [trial_name(tap) for tap in test.tap],
+                        "duration [s]": test.time[-1],
+                        "branch": branch,
+                        "status": test.status,
+                        "rig |z| [mm]": 1e3 * np.abs(test.relative),
+                        "theory |z| [mm]": np.where(known, 1e3 * np.abs(nearest), np.nan),
+                        "distance [%]": np.where(known, 100 * distance, np.nan),
+                        "message": test.message,
+                    }
+                )
+            )
+        return pd.concat(rows).sort_values(["frequency [Hz]", "duration [s]"], ignore_index=True, kind="stable")
+
+
+def trial_name(tap):
+    """What was done to the rig, in words."""
+    return "from rest" if tap is None else f"tap {tap.velocity:g} m/s at {tap.time:.4f} s"
+
+
+def overlay(parameters, *tests):
+    """Name the branch every test ended on.
+
+    Parameters
+    ----------
+    parameters : OscillatorParameters or RigParameters
+        Of the theory: identified or nominal.
+    *tests : SineTest
+        At one and the same force.
+
+    Returns
+    -------
+    Overlay
+
+    Raises
+    ------
+    ValueError
+        If there is no test, or the forces differ.
+    """
+    if not tests or not all(isinstance(test, SineTest) for test in tests):
+        raise ValueError(f"tests = {tests!r} is not allowed; expected at least one SineTest")
+    forces = np.unique(np.concatenate([test.force for test in tests]))
+    if forces.size != 1:
+        raise ValueError(f"force = {forces[0]:g} to {forces[-1]:g} N in the tests; expected one force for one curve")
+    frequency = np.unique(np.concatenate([test.frequency for test in tests]))
+    response = frequency_response(parameters, forces[0], frequency)
+    return Overlay(response, tests, tuple(_name(response, test) for test in tests))
+
+
+def virtual_experiment(rig, force, frequency, theory=None, *, duration=3.0, progress=False, executor=None):
+    """The paper's harmonic test, and the search for what it leaves out.
+
+    At every frequency the rig is shaken from rest, and again with a light tap. What ``duration`` does not
+    settle is run again for 6 s; and where theory has a stable branch that neither trial reached, sixteen more taps
+    are tried, of four sizes at four instants of the period. No state is ever set by hand.
+
+    Parameters
+    ----------
+    rig : RigParameters
+    force : float
+        Amplitude (N).
+    frequency : array_like, shape (n,)
+        Hz.
+    theory : OscillatorParameters or RigParameters, optional
+        What the rig is compared with, by default its own parameters.
+    duration : float
+        Of the first trials (s).
+    progress, executor
+        See `rigsim.experiment.sine_test.sine_test`.
+
+    Returns
+    -------
+    Overlay
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed.
+    """
+    theory = rig if theory is None else theory
+    frequency = checks.array("frequency", frequency, "Hz", low=LOWEST)
+    run = {"progress": progress, "executor": executor}
+    count = len(frequency)
+    tests = [sine_test(rig, force, np.tile(frequency, 2), [None] * count + [Tap()] * count, duration, **run)]
+    first = tests[0]
+    waiting = np.flatnonzero(np.isin(first.status, (Status.DRIFTING, Status.IRREGULAR)))
+    if waiting.size and duration < _PATIENCE:
+        taps = [first.tap[i] for i in waiting]
+        tests.append(sine_test(rig, force, first.frequency[waiting], taps, _PATIENCE, **run))
+    missed = sorted({f for f, _ in overlay(theory, *tests).missing()})
+    if missed:
+        taps = [Tap(velocity=velocity, time=1 + part / f) for f in missed for velocity, part in _LADDER]
+        tests.append(sine_test(rig, force, np.repeat(missed, len(_LADDER)), taps, _PATIENCE, **run))
+    return overlay(theory, *tests)
+
+
+def _nearest(response, test):
+    """Theoretical z nearest to each test's (m), and the relative distance, both of shape (n,)."""
+    theory = response.relative[np.searchsorted(response.frequency, test.frequency)]
+    distance = np.abs(test.relative[:, None] - theory) / np.abs(theory)
+    index = np.where(np.isnan(distance), np.inf, distance).argmin(axis=1)[:, None]
+    return np.take_along_axis(theory, index, axis=1)[:, 0], np.take_along_axis(distance, index, axis=1)[:, 0]
+
+
+def _name(response, test):
+    at = np.searchsorted(response.frequency, test.frequency)
+    nearest, distance = _nearest(response, test)
+    order = (response.relative[at] == nearest[:, None]).argmax(axis=1)
+    names = np.where(response.count[at] == 3, np.array(BRANCHES)[order], "only")
+    names = np.where(distance <= _NEAR, names, "elsewhere")
+    return np.where(test.status == Status.SETTLED, names, test.status)

@@ -1,0 +1,99 @@
+"""The frequency response as it follows one parameter: a slider over curves computed beforehand."""
+
+import numpy as np
+
+from ..figures.style import BLACK, BLUE, GREY, ORANGE, PURPLE
+from .plot import Curve, MovingPlot, Panel
+
+_PANELS = (("shaker", "Shaker $x_s$"), ("mass", "Suspended mass $x$"), ("relative", "Relative $z = x_s - x$"))
+_COLORS = {"main": BLUE, "inner": ORANGE, "outer": PURPLE}
+
+
+def response_slider(name, values, unit, responses, *, alt=None, beside=None, circles=None, **options):
+    """Amplitudes of shaker, mass and relative displacement over frequency, for each value of a parameter.
+
+    Stable solutions are solid, unstable ones dashed (Floquet multipliers about the single-term orbits); a detached
+    curve has a colour of its own, and the sentence below the figure says where it lies.
+
+    Parameters
+    ----------
+    name : str
+        The parameter, as in "Force".
+    values : array_like, shape (n,)
+        Its values, in slider order.
+    unit : str
+    responses : sequence of FrequencyResponse
+        n responses over the same band, one for each value.
+    alt : str, optional
+        What a reader who cannot see the figure should know; by default the band and where curves are detached.
+    beside : FrequencyResponse, optional
+        Drawn in grey at every value, for comparison.
+    circles : tuple of four (k,) array_like, optional
+        Frequency (Hz), shaker, mass and relative amplitudes (m, complex or real), drawn at every value; NaN leaves a
+        circle out.
+    **options
+        ``start``, ``caption``, ``digits``, ``width``, ``height`` and ``seconds`` of `MovingPlot`.
+
+    Returns
+    -------
+    MovingPlot
+
+    Raises
+    ------
+    ValueError
+        If the numbers of values and responses differ.
+
+    Examples
+    --------
+    >>> forces = np.linspace(1, 8, 29)
+    >>> responses = [frequency_response(parameters, force, frequency) for force in forces]  # doctest: +SKIP
+    >>> response_slider("Force", forces, "N", responses)  # doctest: +SKIP
+    MovingPlot(Force: 29 values from 1.00 N to 8.00 N)
+    """
+    responses = tuple(responses)
+    low = min(response.frequency.min() for response in responses)
+    high = max(response.frequency.max() for response in responses)
+    notes = [_note(response) for response in responses]
+    panels = []
+    for number, (channel, title) in enumerate(_PANELS):
+        fixed = []
+        if beside is not None:
+            fixed += [Curve(curve.x, curve.y, curve.kind, "for comparison", GREY) for curve in _curves(beside, channel)]
+        if circles is not None:
+            fixed.append(Curve(circles[0], 1e3 * np.abs(circles[1 + number]), "point", "multi-body rig", BLACK))
+        panels.append(
+            Panel(
+                [_curves(response, channel) for response in responses], "frequency (Hz)", "amplitude (mm)", title,
+                yscale="log", xlim=(low, high), fixed=tuple(fixed),
+            )
+        )  # fmt: skip
+    if alt is None:
+        alt = (
+            f"Three plots of amplitude in millimetres, logarithmic, over frequency from {low:g} to {high:g} hertz: "
+            "shaker, suspended mass and relative displacement. Stable solutions are solid lines, unstable ones dashed; "
+            "detached curves have a colour of their own."
+        )
+    options = {"width": 9.5, "height": 3.8} | options
+    return MovingPlot(name, values, unit, panels, alt=alt, notes=notes, **options)
+
+
+def _curves(response, channel):
+    """Every piece as runs of equal stability, each reaching to where the next begins."""
+    curves = []
+    for piece in response.pieces:
+        amplitude, stable = 1e3 * np.abs(getattr(piece, channel)), piece.stable
+        for run in np.split(np.arange(stable.size), np.flatnonzero(np.diff(stable)) + 1):
+            reach = slice(run[0], run[-1] + 2)
+            kind = "stable" if stable[run[0]] else "unstable"
+            text = kind if piece.kind == "main" else f"{piece.kind} detached curve"
+            curves.append(Curve(piece.frequency[reach], amplitude[reach], kind, text, _COLORS[piece.kind]))
+    return curves
+
+
+def _note(response):
+    found = [
+        f"{piece.kind} detached curve from {piece.frequency.min():.1f} to {piece.frequency.max():.1f} Hz"
+        for piece in response.pieces
+        if piece.kind != "main"
+    ]
+    return f"Single-term theory: {', '.join(found) or 'no detached curve in this band'}."

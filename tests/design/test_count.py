@@ -1,0 +1,130 @@
+"""Detached curves of many sets at once, against certified roots in exact rational arithmetic."""
+
+import numpy as np
+import pytest
+
+from rigsim.design import count as module
+from rigsim.design.count import classify, existence_forces, judge
+from rigsim.parameters import Nondimensional, RigParameters
+from rigsim.theory.detached import detached_curves, force_scenario
+
+from ..theory.exact_folds import exact_folds
+
+
+def random_sets(count, seed):
+    """(n, 5): mu 1e-4..1, dampings 1e-4..0.5 and gamma 1e-6..100, all log-uniform, Omega0 uniform in 0..2."""
+    rng = np.random.default_rng(seed)
+    low, high = [-4, -4, -4, -6], [0, np.log10(0.5), np.log10(0.5), 2]
+    mu, zeta_s, zeta, gamma = 10 ** rng.uniform(low, high, (count, 4)).T
+    return np.column_stack([mu, zeta_s, zeta, rng.uniform(0, 2, count), gamma])
+
+
+def certified(numbers):
+    """(inner, outer) by the referee."""
+    kinds = [kind for _, kind in exact_folds(Nondimensional(*numbers))]
+    pairs = list(zip(kinds[::2], kinds[1::2], strict=True))
+    return pairs.count(("lower", "lower")), pairs.count(("upper", "upper"))
+
+
+def near_edges(sets, seed):
+    """Two rows for each set that has a detached curve at some force: 1e-6 of the force on either side of an edge."""
+    rng = np.random.default_rng(seed)
+    kind = rng.integers(2, size=len(sets))
+    distance = judge(sets)[1][np.arange(len(sets)), kind]
+    sets, distance = sets[np.isfinite(distance)], distance[np.isfinite(distance)]
+    rows = []
+    for numbers, away in zip(sets, distance, strict=True):
+        # The edge is towards more or towards less force; ln(gamma) changes twice as fast as ln(F).
+        edges = [numbers[4] * np.exp(2 * move) for move in (away, -away)]
+        pairs = [[[*numbers[:4], edge * (1 + sign * 2e-6)] for sign in (-1, 1)] for edge in edges]
+        rows += next(pair for pair in pairs if np.abs(judge(pair)[1]).min(axis=1).max() < 1.1e-6)
+    return np.array(rows)
+
+
+def check(count, near_count, capsys):
+    sets = random_sets(count, seed=21)
+    many = random_sets(60 * near_count, seed=22)
+    counts = judge(many)[0]
+    with_curves = many[counts.any(axis=1)][:near_count]
+    near = near_edges(many[: 8 * near_count], seed=23)
+    wrong = {}
+    for name, tried in {"random": sets, "with detached curves": with_curves, "near an edge": near}.items():
+        found = judge(tried)[0].tolist()
+        wrong[name] = sum(tuple(a) != certified(b) for a, b in zip(found, tried.tolist(), strict=True))
+    with capsys.disabled():
+        print(f"\n{len(sets)} random sets, {len(with_curves)} with detached curves and {len(near)} forces within 1e-6")
+        print(f"of where one comes or goes, none discarded: {wrong} wrong")
+    assert len(with_curves) == near_count and len(near) > near_count
+    assert not any(wrong.values())
+
+
+def test_no_set_is_classified_wrongly(capsys):
+    check(200, 40, capsys)
+
+
+@pytest.mark.full
+def test_no_set_is_classified_wrongly_by_the_thousand(capsys):
+    check(10_000, 1000, capsys)
+
+
+def test_doubtful_sets_are_decided_by_integers(monkeypatch):
+    rig = RigParameters().nondimensional(3.18)
+    sets = np.vstack([random_sets(60, seed=24), [rig.mu, rig.zeta_s, rig.zeta, rig.Omega0, rig.gamma]])
+    sets[0, 2] = 0.0  # no damping in the attachment
+    sets[1, 3] = 0.0  # no linear stiffness
+    usual = judge(sets)
+    calls = []
+    exact = module.exact_breakpoints
+    monkeypatch.setattr(module, "_judge_all", lambda sets, counts, distances, doubtful: doubtful.fill(True))
+    monkeypatch.setattr(module, "exact_breakpoints", lambda *numbers: calls.append(numbers) or exact(*numbers))
+    again = judge(sets)
+    assert len(calls) == len(sets)
+    np.testing.assert_array_equal(usual[0], again[0])
+    np.testing.assert_allclose(usual[1], again[1], atol=1e-9)
+
+
+def test_distance_is_positive_exactly_where_there_is_a_curve():
+    counts, distances = judge(random_sets(3000, seed=25))
+    np.testing.assert_array_equal(counts > 0, distances > 0)
+    assert (counts > 0).any(axis=0).all()
+
+
+def test_existence_forces_are_those_of_the_scenario():
+    rig = RigParameters()
+    events = {event.force for event in force_scenario(rig)}
+    for kind, number in (("inner", 1), ("outer", 2)):
+        spans = existence_forces(rig, kind)
+        assert len(spans) == number
+        for low, high in spans:
+            assert all(min(abs(end / force - 1) for force in events) < 1e-12 for end in (low, high))
+            for force in (low * (1 + 1e-9), np.sqrt(low * high), high * (1 - 1e-9)):
+                assert kind in [curve.kind for curve in detached_curves(rig, force)]
+            for force in (low * (1 - 1e-9), high * (1 + 1e-9)):
+                assert kind not in [curve.kind for curve in detached_curves(rig, force)]
+    assert existence_forces(rig.oscillator.replace(k3=0.0)) == ()
+
+
+def test_shapes_broadcast_and_nothing_is_found_without_cubic_stiffness():
+    group = RigParameters().nondimensional(3.18)
+    gamma = group.gamma * np.array([[0.0], [0.5], [1.0], [5.0]])
+    inner, outer = classify(group.mu, group.zeta_s, [group.zeta, 0.4], group.Omega0, gamma)
+    np.testing.assert_array_equal(inner, [[0, 0], [0, 0], [1, 0], [0, 0]])
+    assert outer.shape == (4, 2) and not outer.any()
+    scalar = classify(group.mu, group.zeta_s, group.zeta, group.Omega0, group.gamma)
+    assert [np.shape(part) for part in scalar] == [(), ()] and int(scalar[0]) == 1
+
+
+@pytest.mark.parametrize(
+    "changes, message",
+    [
+        ({"mu": -1.0}, r"mu\[0\] = -1 is not allowed"),
+        ({"zeta_s": [0.1, 0.0]}, r"zeta_s\[1\] = 0 is not allowed; expected a finite number above 0"),
+        ({"gamma": [[1.0, np.nan]]}, r"gamma\[0, 1\] = nan"),
+        ({"gamma": [1.0, 2.0], "mu": [0.1, 0.1, 0.1]}, r"mu \(3,\).*do not fit together"),
+    ],
+)
+def test_what_is_not_allowed_is_named(changes, message):
+    with pytest.raises(ValueError, match=message):
+        classify(**({"mu": 0.1, "zeta_s": 0.1, "zeta": 0.1, "Omega0": 0.2, "gamma": 1.0} | changes))
+    with pytest.raises(ValueError, match="kind = 'both' is not allowed"):
+        existence_forces(RigParameters(), "both")
