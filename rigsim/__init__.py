@@ -13,6 +13,7 @@ _HOME = {
     "OscillatorParameters": "parameters",
     "RigParameters": "parameters",
     "Nondimensional": "parameters",
+    "Status": "results",
     "suspension_force": "model.wires",
     "cubic_law_error": "model.wires",
     "oscillator_modes": "model.oscillator",

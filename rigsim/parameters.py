@@ -274,3 +274,32 @@ def oscillator_of(parameters):
     if not isinstance(parameters, (OscillatorParameters, RigParameters)):
         raise ValueError(f"parameters = {parameters!r} is not allowed; expected RigParameters or OscillatorParameters")
     return parameters.oscillator
+
+
+LAWS = ("exact", "cubic")
+
+
+def law_of(parameters, law=None):
+    """The law of the suspension's force: Eq. (1) for a rig with wires, Eq. (2) for k1 and k3, unless one is said.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+    law : {"exact", "cubic"}, optional
+
+    Returns
+    -------
+    str
+        "exact" or "cubic".
+
+    Raises
+    ------
+    ValueError
+        If the law is unknown, ``parameters`` is of neither kind, or the exact law is asked of a set without wires.
+    """
+    oscillator_of(parameters)
+    wires = isinstance(parameters, RigParameters)
+    law = checks.one_of("law", ("exact" if wires else "cubic") if law is None else law, LAWS)
+    if law == "exact" and not wires:
+        raise ValueError(f"parameters = {parameters!r} has no wires; the exact law expects RigParameters")
+    return law

@@ -16,7 +16,8 @@ PACKAGE = Path(rigsim.__file__).parent
 
 # Rooms from left to right; a room may import itself and what stands before it. Rooms on one line do not see each other.
 ROOMS = [
-    {"checks", "results"},
+    {"checks"},
+    {"results"},
     {"parameters"},
     {"campaign"},
     {"model"},

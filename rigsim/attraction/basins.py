@@ -40,7 +40,7 @@ class Basins(Result):
     share_high: np.ndarray
     samples: int
 
-    plot_name = "basins_figure"
+    plots = {"basins": "basins_figure"}
 
     @property
     def attractors(self):

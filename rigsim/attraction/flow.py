@@ -20,8 +20,7 @@ from numba import njit
 from scipy.integrate import DOP853
 
 from .. import checks
-from ..model.wires import LAWS
-from ..parameters import OscillatorParameters, RigParameters, oscillator_of
+from ..parameters import LAWS, OscillatorParameters, RigParameters, oscillator_of
 
 STATE = ("xs", "z", "xs'", "z'")
 _STAGES = 12

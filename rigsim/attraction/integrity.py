@@ -50,7 +50,7 @@ class Integrity(Result):
     neighbour: tuple
     status: tuple
 
-    plot_name = "integrity_figure"
+    plots = {"integrity": "integrity_figure"}
 
     def table(self):
         """`pandas.DataFrame`: a row a frequency."""

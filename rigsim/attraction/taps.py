@@ -38,7 +38,7 @@ class TapMap(Result):
     duration: float
     label: np.ndarray
 
-    plot_name = "tap_map_figure"
+    plots = {"taps": "tap_map_figure"}
 
     @property
     def attractors(self):

@@ -52,7 +52,7 @@ class Design(Result):
     start_margin: float
     profiles: dict
 
-    plot_name = "design_figure"
+    plots = {"design": "design_figure"}
 
     def summary(self):
         """What was found and what it is worth."""

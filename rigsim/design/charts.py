@@ -74,7 +74,7 @@ class ExistenceChart(Result):
     point: tuple
     box: tuple
 
-    plot_name = "existence_chart_figure"
+    plots = {"chart": "existence_chart_figure"}
 
     @property
     def labels(self):

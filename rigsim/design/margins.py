@@ -135,7 +135,7 @@ class Margins(Result):
     kind: str
     entries: tuple
 
-    plot_name = "margins_figure"
+    plots = {"margins": "margins_figure"}
 
     def __getitem__(self, name):
         """The `Margin` of a name."""

@@ -77,7 +77,7 @@ class ToleranceStudy(Result):
     alone: dict
     exact: dict
 
-    plot_name = "tolerance_study_figure"
+    plots = {"study": "tolerance_study_figure"}
 
     @property
     def ranking(self):

@@ -64,7 +64,7 @@ class Record(Result):
     parameters: object = None
     step: float | None = None
 
-    plot_name = "record_figure"
+    plots = {"record": "record_figure"}
 
     def __post_init__(self):
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731

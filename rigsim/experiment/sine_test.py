@@ -10,9 +10,9 @@ from ..campaign.run import join, run_chunks, split
 from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import CosineForce, Tap, TapForce
 from ..parameters import RigParameters
-from ..results import Result
+from ..results import Result, Status
 from .record import Record
-from .steady import HARMONICS, Status, read_window
+from .steady import HARMONICS, read_window
 
 _WINDOW = 1.0  # s
 LOWEST = 2 / _WINDOW  # Hz; two whole periods, so that the window's halves can be compared
@@ -40,7 +40,7 @@ class SineTest(Result):
         Strongest line of z below the force's frequency over the fundamental, and its order f/f_line.
     drift : ndarray, shape (n,)
         Change of z's line from the window's first half to its second, over the whole.
-    status : ndarray of str, shape (n,)
+    status : ndarray of Status, shape (n,)
         A `Status` each: settled means that z drifts by less than 1e-3 and has no line off the harmonics above 2 %.
     message : tuple of str, length n
         The status in words and figures.
@@ -71,7 +71,7 @@ class SineTest(Result):
     start: str
     step: float
 
-    plot_name = "sine_test_figure"
+    plots = {"lines": "sine_test_figure", "spectrum": "spectrum_figure", "distortion": "distortion_figure"}
 
     def record(self, i):
         """The window of test ``i`` as a `Record`; its time counts from ``time[0]``.
@@ -244,7 +244,7 @@ def _read(rigs, force, frequency, taps, time, start, step, traces, parted):
         if np.isnan(parted[i]):
             amplitude[:, i], distortion[i], subharmonic[i], drift[i], verdict = read_window(time, traces[i, :2].T, f)
         else:
-            verdict = Status.PARTED, f"past its wires' reach at t = {parted[i]:.4g} s"
+            verdict = Status.FLEW_APART, f"past its wires' reach at t = {parted[i]:.4g} s"
         verdicts.append(verdict)
     status, message = zip(*verdicts, strict=True)
     tilt = np.abs(traces[:, 2]).max(axis=1)

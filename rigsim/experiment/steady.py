@@ -1,25 +1,14 @@
 """What kind of motion a window of a sine test shows: its lines, whether they last, and a verdict."""
 
-import enum
-
 import numpy as np
 
+from ..results import Status
 from .lines import fit_sines, strongest_line
 
 HARMONICS = 10
 DRIFT = 1e-3  # largest change of z between the window's halves that counts as settled
 STRAY = 0.02  # largest line of z, off the harmonics, that counts as none
 _LOWEST = 1.0  # Hz; slower lines are no better than the mean over a window of a second
-
-
-class Status(enum.StrEnum):
-    """How a sine test ended."""
-
-    SETTLED = "settled"
-    SUBHARMONIC = "subharmonic"
-    DRIFTING = "still drifting"
-    IRREGULAR = "not periodic"
-    PARTED = "flew apart"
 
 
 def read_window(time, displacements, f):
@@ -67,12 +56,12 @@ def read_window(time, displacements, f):
         verdict = Status.SUBHARMONIC, f"period {parts}/f: line at {below[0]:.3f} Hz of {below[1] / z:.1%} of z; {told}"
     elif parts == 1 and stray[1] > STRAY * z and not _decays(time, left, stray[0]):
         verdict = (
-            Status.IRREGULAR,
+            Status.NOT_PERIODIC,
             f"lasting line at {stray[0]:.3f} Hz of {stray[1] / z:.1%} of z, no period up to 5/f; {told}",
         )
     elif not steady or stray[1] > STRAY * z:
         line = f"line at {stray[0]:.3f} Hz of {stray[1] / z:.1%} of z"
-        verdict = Status.DRIFTING, f"{told} (settled: below {DRIFT:g}), {line}: shake for longer"
+        verdict = Status.STILL_DRIFTING, f"{told} (settled: below {DRIFT:g}), {line}: shake for longer"
     else:
         verdict = Status.SETTLED, f"{told}, largest other line {stray[1] / z:.2%}"
     return fundamental, distortion, (below[1] / z, f / below[0]), drift, verdict

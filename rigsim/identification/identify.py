@@ -84,7 +84,13 @@ class Identification(Result):
     nominal: OscillatorParameters | None
     status: str
 
-    plot_name = "identification_figure"
+    plots = {
+        "identification": "identification_figure",
+        "nonlinear coefficient": "nonlinear_coefficient_figure",
+        "receptances": "receptance_figure",
+        "singular values": "singular_value_figure",
+        "readings": "readings_figure",
+    }
 
     def nonlinear_mean(self, band):
         """Mean of the real part of k3(omega) over ``band`` (a pair in Hz), every 0.1 Hz (N/m^3)."""

@@ -3,9 +3,7 @@
 import numpy as np
 
 from .. import checks
-from ..parameters import RigParameters, oscillator_of
-
-LAWS = ("exact", "cubic")
+from ..parameters import LAWS, RigParameters, oscillator_of
 
 
 def suspension_force(z, parameters, law="exact"):

@@ -37,7 +37,7 @@ class HarmonicsWorth(Result):
     points: np.ndarray
     reference: int
 
-    plot_name = "harmonics_figure"
+    plots = {"harmonics": "harmonics_figure"}
 
     def table(self):
         """`pandas.DataFrame`, one row a number of harmonics."""

@@ -28,8 +28,7 @@ import numpy as np
 from numba import njit
 
 from .. import checks
-from ..model.wires import LAWS
-from ..parameters import OscillatorParameters, RigParameters, oscillator_of
+from ..parameters import LAWS, OscillatorParameters, RigParameters, oscillator_of
 
 CUBIC, EXACT = 0.0, 1.0
 

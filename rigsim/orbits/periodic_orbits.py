@@ -121,7 +121,7 @@ class OrbitBranch(Result):
     status: str
     joins: tuple = ()
 
-    plot_name = "orbits_figure"
+    plots = {"orbits": "orbits_figure"}
 
     @property
     def harmonics(self):

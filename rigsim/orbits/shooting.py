@@ -13,8 +13,7 @@ import numpy as np
 from numba import njit
 
 from .. import checks
-from ..model.wires import LAWS
-from ..parameters import RigParameters, oscillator_of
+from ..parameters import LAWS, RigParameters, oscillator_of
 from ..results import Result
 
 _STAGES = 6  # midpoint rules of 2, 4, ..., 12 substeps: order 12

@@ -114,7 +114,7 @@ class Subharmonics(Result):
     motions: tuple
     families: tuple
 
-    plot_name = "subharmonics_figure"
+    plots = {"subharmonics": "subharmonics_figure"}
 
     def table(self):
         """`pandas.DataFrame`: every motion met, and the line of its spectrum that gives it away."""

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..experiment.steady import Status
 from ..model.oscillator import oscillator_modes
 from ..model.wires import cubic_law_error, suspension_force
 from ..parameters import Nondimensional, OscillatorParameters, RigParameters
+from ..results import Status
 from ..theory.detached import detached_curves, force_scenario
 
 # The paper's numbers as it prints them, the one place where they are written down: section -> symbol -> (text, unit).

@@ -10,9 +10,8 @@ import numpy as np
 
 from .. import checks
 from ..experiment.sine_test import LOWEST, SineTest, sine_test
-from ..experiment.steady import Status
 from ..model.excitation import Tap
-from ..results import Result
+from ..results import Result, Status
 from ..theory.amplitude import FrequencyResponse, frequency_response
 
 BRANCHES = ("low", "middle", "high")
@@ -43,7 +42,7 @@ class Overlay(Result):
     tests: tuple
     branch: tuple
 
-    plot_name = "branches_figure"
+    plots = {"branches": "branches_figure"}
 
     def reached(self):
         """Whether some test settled on each solution, bool array of shape (n, 3) as in ``response``."""
@@ -168,7 +167,7 @@ def virtual_experiment(rig, force, frequency, theory=None, *, duration=3.0, prog
     count = len(frequency)
     tests = [sine_test(rig, force, np.tile(frequency, 2), [None] * count + [Tap()] * count, duration, **run)]
     first = tests[0]
-    waiting = np.flatnonzero(np.isin(first.status, (Status.DRIFTING, Status.IRREGULAR)))
+    waiting = np.flatnonzero(np.isin(first.status, (Status.STILL_DRIFTING, Status.NOT_PERIODIC)))
     if waiting.size and duration < _PATIENCE:
         taps = [first.tap[i] for i in waiting]
         tests.append(sine_test(rig, force, first.frequency[waiting], taps, _PATIENCE, **run))
@@ -193,4 +192,4 @@ def _name(response, test):
     order = (response.relative[at] == nearest[:, None]).argmax(axis=1)
     names = np.where(response.count[at] == 3, np.array(BRANCHES)[order], "only")
     names = np.where(distance <= _NEAR, names, "elsewhere")
-    return np.where(test.status == Status.SETTLED, names, test.status)
+    return np.where(test.status == Status.SETTLED, names, [str(one) for one in test.status])

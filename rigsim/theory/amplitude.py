@@ -41,7 +41,7 @@ class FrequencyResponse(Result):
     relative: np.ndarray
     count: np.ndarray
 
-    plot_name = "frequency_response_figure"
+    plots = {"response": "frequency_response_figure"}
 
     @cached_property
     def multipliers(self):

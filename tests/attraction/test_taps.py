@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rigsim import RigParameters, sine_test, smallest_tap, tap_map
+from rigsim.results import Status
 
 RIG = RigParameters()
 
@@ -63,7 +64,7 @@ def _agreement(frequency, count, seed):
             wanted.append(one)
     test = sine_test(RIG, 3.18, frequency, chosen, duration=8)
     same = [
-        abs(z / one.relative[one.period] - 1) < 0.03 and (status == "subharmonic") == (one.period > 1)
+        abs(z / one.relative[one.period] - 1) < 0.03 and (status == Status.SUBHARMONIC) == (one.period > 1)
         for z, status, one in zip(test.relative, test.status, wanted, strict=True)
     ]
     assert {one.name for one in wanted} >= {"low", "high"}

@@ -9,6 +9,7 @@ from rigsim.experiment.sine_test import SineTest, sine_test
 from rigsim.model.excitation import Tap
 from rigsim.model.oscillator import matrices
 from rigsim.parameters import RigParameters
+from rigsim.results import Status
 
 RIG = RigParameters()
 FORCE = 3.18
@@ -32,7 +33,7 @@ def branches():
 def test_a_linear_rig_has_the_receptance_of_the_theory():
     frequency = np.array([2.0, 5.0, 11.7, 20.0, 33.3, 55.65, 80.0])
     test = sine_test(LINEAR, 0.05, frequency, duration=4)
-    assert list(test.status) == ["settled"] * 7
+    assert list(test.status) == [Status.SETTLED] * 7
     mass, damping, stiffness = matrices(LINEAR)
     for i, omega in enumerate(2 * np.pi * frequency):
         expected = np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * mass, [0.05, 0])
@@ -49,7 +50,7 @@ def test_below_resonance_the_rig_follows_the_force_and_above_it_opposes():
 
 
 def test_a_tap_reaches_the_high_branch(branches):
-    assert list(branches.status) == ["settled"] * 2
+    assert list(branches.status) == [Status.SETTLED] * 2
     low, high = abs(branches.relative)
     assert high > 2 * low
     assert branches.message[0].startswith("z drifts by")
@@ -78,7 +79,7 @@ def test_summary_and_table(branches):
     assert len(table) == 2
     np.testing.assert_array_equal(table["tap [m/s]"], [np.nan, 0.5])
     np.testing.assert_allclose(table["|z| [mm]"], 1e3 * abs(branches.relative))
-    assert list(table["status"]) == ["settled", "settled"]
+    assert list(table["status"]) == [Status.SETTLED, Status.SETTLED]
     assert "<table" in branches._repr_html_()
 
 
@@ -144,7 +145,7 @@ def test_processes_give_the_same_bits(campaign):
 
 def test_a_rig_that_flies_apart_says_so_and_leaves_its_neighbours_alone():
     test = sine_test(RIG, [FORCE, 1e9, FORCE], [20.0, 20.0, 60.0], duration=1)
-    assert test.status[1] == "flew apart" and "t = " in test.message[1]
+    assert test.status[1] == Status.FLEW_APART and "t = " in test.message[1]
     assert np.isnan(test.relative[1]) and np.isnan(test.distortion[1]).all()
     assert "1 flew apart" in test.summary()
     pair = sine_test(RIG, FORCE, [20.0, 60.0], duration=1)
@@ -155,12 +156,12 @@ def test_a_rig_that_flies_apart_says_so_and_leaves_its_neighbours_alone():
 def test_one_set_that_tilts_past_its_wires_reach_says_so():
     heavy = RIG.single_set().replace(m=0.5, k=200.0)
     test = sine_test([RIG.single_set(), heavy], 0.1, 20.0, duration=1)
-    assert test.status[1] == "flew apart" != test.status[0]
+    assert test.status[1] == Status.FLEW_APART != test.status[0]
     assert "wires' reach" in test.message[1]
 
 
 def test_a_short_test_is_not_settled():
-    assert sine_test(RIG, FORCE, 20.0, duration=1).status[0] == "still drifting"
+    assert sine_test(RIG, FORCE, 20.0, duration=1).status[0] == Status.STILL_DRIFTING
 
 
 @pytest.mark.parametrize("step", [5e-5, 7e-5, 1.3e-5])

@@ -8,6 +8,7 @@ from rigsim.experiment.sine_test import sine_test
 from rigsim.model.excitation import Tap
 from rigsim.model.planar import linear_modes, static_equilibrium
 from rigsim.parameters import RigParameters
+from rigsim.results import Status
 from tests.model import referee
 
 FORCE = 3.18
@@ -31,7 +32,7 @@ def referee_amplitudes(parameters, frequency, tap):
 
 def assert_fundamentals_agree(parameters, frequency, tap, tolerance=1e-3):
     test = sine_test(parameters, FORCE, frequency, tap=tap)
-    assert list(test.status) == ["settled"] * len(frequency)
+    assert list(test.status) == [Status.SETTLED] * len(frequency)
     expected = referee_amplitudes(parameters, frequency, tap)
     for name, wanted in zip(("shaker", "mass", "relative"), expected, strict=True):
         error = np.abs(getattr(test, name) - wanted) / np.abs(wanted)

@@ -12,6 +12,7 @@ from rigsim.model.wires import suspension_force
 from rigsim.orbits.harmonic_balance import balance, residual_and_jacobian
 from rigsim.orbits.periodic_orbits import continue_orbit, periodic_orbits
 from rigsim.parameters import OscillatorParameters, RigParameters
+from rigsim.results import Status
 from rigsim.theory.amplitude import frequency_response
 from rigsim.theory.detached import folds
 
@@ -192,7 +193,7 @@ def test_the_multi_body_rig_settles_on_stable_orbits(branches):
     """From rest and after a tap, at frequencies where one or two orbits are stable; the rig may tilt as well."""
     frequency = np.array([15.0, 35.0, 45.0, 70.0, 90.0, 35.0, 45.0])
     test = sine_test(RigParameters(), FORCE, frequency, tap=[None] * 5 + [Tap()] * 2, duration=4.0)
-    assert (test.status == "settled").all()
+    assert (test.status == Status.SETTLED).all()
     for f, line in zip(frequency, test.relative, strict=True):
         near = []
         for branch in branches:

@@ -6,6 +6,7 @@ import pytest
 from rigsim import RigParameters, sine_test, subharmonic_motions, tap_map
 from rigsim.attraction.attractors import closed_orbit, default_box
 from rigsim.attraction.flow import Flow
+from rigsim.results import Status
 
 RIG = RigParameters()
 
@@ -77,7 +78,7 @@ def _on_the_rig(frequency, period):
     chosen = places[np.linspace(0, len(places) - 1, 12).astype(int)]
     test = sine_test(RIG, 3.18, frequency, [taps.tap(*place, after=4.0) for place in chosen], duration=9)
     line = frequency / test.subharmonic[:, 1]
-    there = (test.status == "subharmonic") & (abs(line - frequency / period) < 0.01 * frequency)
+    there = (test.status == Status.SUBHARMONIC) & (abs(line - frequency / period) < 0.01 * frequency)
     return np.abs(test.relative[there]), test.subharmonic[there, 0], taps.landscape.find(name)
 
 

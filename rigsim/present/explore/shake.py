@@ -6,9 +6,9 @@ from html import escape
 import numpy as np
 
 from ...experiment.sine_test import sine_test
-from ...experiment.steady import Status
 from ...model.excitation import Tap
 from ...paper.virtual_experiment import overlay, trial_name
+from ...results import Status
 from ..figures.experiment import amplitude_spectrum
 from ..figures.rig import only_rigs
 from ..figures.style import BLACK, GREY, ORANGE, RED, style, subplots
@@ -137,7 +137,7 @@ class _ShakePicture:
         self.right.set_xlim(0, _HIGHEST * f)
         for part, mark in enumerate(self.marks, 1):
             mark.set_xdata([f / part] * 2)
-        if test.status[0] == Status.PARTED:
+        if test.status[0] == Status.FLEW_APART:
             self.lines.set_data([], [])
             return
         frequency, amplitude = amplitude_spectrum(record, 1e3 * record.relative, f)

@@ -10,6 +10,7 @@ from .identification import (
     singular_value_figure,
 )
 from .orbits import harmonics_figure, orbits_figure
+from .readings import readings_figure
 from .record import record_figure
 from .response import force_scenario_figure, frequency_response_figure
 from .rig import modes_figure, rig_figure, rigs_figure, statics_figure, wire_law_figure
@@ -39,6 +40,7 @@ __all__ = [
     "rigs_figure",
     "sine_test_figure",
     "singular_value_figure",
+    "readings_figure",
     "spectrum_figure",
     "statics_figure",
     "subharmonics_figure",

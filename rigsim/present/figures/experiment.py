@@ -5,8 +5,8 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from ... import checks
 from ...experiment.sine_test import SineTest
-from ...experiment.steady import Status
 from ...paper.virtual_experiment import BRANCHES
+from ...results import Status
 from ...theory.amplitude import frequency_response
 from .response import frequency_response_figure
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, style, subplots
@@ -15,9 +15,9 @@ _NAMES = {"shaker": "shaker xs", "mass": "mass x", "relative": "relative z"}
 _STATUS = {
     Status.SETTLED: {"marker": "o", "color": BLACK},
     Status.SUBHARMONIC: {"marker": "D", "color": RED},
-    Status.DRIFTING: {"marker": "^", "color": BLUE},
-    Status.IRREGULAR: {"marker": "s", "color": PURPLE},
-    Status.PARTED: {"marker": "X", "color": RED},
+    Status.STILL_DRIFTING: {"marker": "^", "color": BLUE},
+    Status.NOT_PERIODIC: {"marker": "s", "color": PURPLE},
+    Status.FLEW_APART: {"marker": "X", "color": RED},
 }
 _MARGIN = 0.012  # of the band, so that symbols at its ends are whole
 _CIRCLE = {"marker": "o", "markersize": 5}
@@ -30,9 +30,9 @@ _BRANCH = {
     "low": _CIRCLE | {"color": PURPLE},
     "elsewhere": {"marker": "v", "color": ORANGE},
     Status.SUBHARMONIC: {"marker": "D", "color": SKY},
-    Status.DRIFTING: _STRAY | {"color": GREY},
-    Status.IRREGULAR: {"marker": "1", "color": GREY},
-    Status.PARTED: {"marker": "X", "color": RED},
+    Status.STILL_DRIFTING: _STRAY | {"color": GREY},
+    Status.NOT_PERIODIC: {"marker": "1", "color": GREY},
+    Status.FLEW_APART: {"marker": "X", "color": RED},
 }
 
 

@@ -2,10 +2,16 @@
 
 import io
 import re
+import tempfile
+import webbrowser
 from contextlib import contextmanager
+from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.registry import BackendFilter, backend_registry
 from matplotlib.figure import Figure
 
 # Okabe and Ito's colours survive colour blindness; line style and marker carry the meaning in grey print.
@@ -13,6 +19,18 @@ BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#000000",
 )  # fmt: skip
 GREY = "#6E6E6E"
+
+# A motion has one colour on every page; motions without a name of their own take those of OTHERS in turn.
+MOTIONS = {
+    "low": SKY,
+    "middle": PURPLE,
+    "high": RED,
+    "only": GREEN,
+    "subharmonic": ORANGE,
+    "not periodic": GREY,
+    "elsewhere": BLACK,
+}
+OTHERS = (YELLOW, BLUE, BLACK)
 
 # The paper's key (Fig. 6).
 STABLE = {"linestyle": "-"}
@@ -49,6 +67,28 @@ class DescribedFigure(Figure):
         text = text[text.index("<svg") :]
         return re.sub(r"^<svg ", f'<svg role="img" aria-label={quoteattr(self.alt)} ', text, count=1)
 
+    def show(self):
+        """Open the figure in a window, as in a script; without a display, in the web browser.
+
+        Raises
+        ------
+        RuntimeError
+            If there is neither; ``savefig("figure.png")`` then keeps the picture.
+        """
+        from matplotlib import pyplot
+
+        backend = pyplot.get_backend()  # resolves to a window's, where there is a display
+        if backend.lower() not in backend_registry.list_builtin(BackendFilter.NON_INTERACTIVE):
+            canvas = backend_registry.load_backend_module(backend).FigureCanvas
+            canvas.new_manager(self, 1)
+            canvas.manager_class.pyplot_show()
+            return
+        with tempfile.NamedTemporaryFile("w", suffix=".html", prefix="rigsim-", encoding="utf-8", delete=False) as page:
+            page.write(f"<!DOCTYPE html><meta charset='utf-8'><title>rigsim</title>{self.svg()}")
+        if not webbrowser.open(Path(page.name).as_uri()):
+            Path(page.name).unlink()
+            raise RuntimeError("there is no display to show the figure on; keep it with savefig('figure.png')")
+
     def _repr_mimebundle_(self, include=None, exclude=None):
         return {"image/svg+xml": self.svg()}, {"image/svg+xml": {"alt": self.alt}}
 
@@ -60,22 +100,65 @@ def style():
         yield
 
 
-def subplots(rows=1, columns=1, *, alt, width=7.5, height=None, **options):
-    """A `DescribedFigure` and its axes, to be filled inside ``with style():``.
+def subplots(rows=1, columns=1, *, alt, ax=None, width=7.5, height=None, **options):
+    """A `DescribedFigure` and its axes, to be filled inside ``with style():``; or the axes that the user handed in.
 
     Parameters
     ----------
     alt : str
         What a reader who cannot see the figure should know.
+    ax : matplotlib.axes.Axes or sequence of them, optional
+        Drawn into instead of a new figure, one a panel in rows; their figure's size and text are then the user's.
     width, height : float
-        Inches; the height defaults to 3.2 a row, plus a little.
+        Inches; the height defaults to 2.9 a row, plus a little.
     **options
         Passed on to `matplotlib.figure.Figure.subplots`.
 
     Returns
     -------
-    tuple of (DescribedFigure, matplotlib.axes.Axes or array of them)
+    tuple of (matplotlib.figure.Figure, matplotlib.axes.Axes or array of them)
+
+    Raises
+    ------
+    ValueError
+        If ``ax`` is not as many axes as there are panels.
     """
-    figure = DescribedFigure(figsize=(width, height or 0.6 + 2.9 * rows), layout="constrained")
-    figure.alt = alt
-    return figure, figure.subplots(rows, columns, **options)
+    if ax is None:
+        figure = DescribedFigure(figsize=(width, height or 0.6 + 2.9 * rows), layout="constrained")
+        figure.alt = alt
+        return figure, figure.subplots(rows, columns, **options)
+    handed = np.ravel(np.array(ax, dtype=object))
+    if handed.size != rows * columns or not all(isinstance(one, Axes) for one in handed):
+        raise ValueError(f"ax has {handed.size} elements; expected {rows * columns} matplotlib axes, one a panel")
+    if options.get("squeeze", True):
+        grid = handed[0] if handed.size == 1 else handed if 1 in (rows, columns) else handed.reshape(rows, columns)
+    else:
+        grid = handed.reshape(rows, columns)
+    return handed[0].figure, grid
+
+
+def legend(axes, *, ax=None, columns=2, loc="outside lower center", **options):
+    """One key for all panels: outside our own figure, or in the last of the axes ``ax`` that the user handed in.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes or array of them
+        Whose labels are collected, each once.
+    ax
+        As given to `subplots`.
+    columns : int
+        Of the key outside.
+    loc : str
+        Of the key outside.
+    **options
+        Passed on to matplotlib's ``legend``.
+    """
+    panels = np.ravel(np.array(axes, dtype=object))
+    keys = {}
+    for one in panels:
+        for handle, name in zip(*one.get_legend_handles_labels(), strict=True):
+            keys.setdefault(name, handle)
+    if ax is None:
+        panels[0].figure.legend(keys.values(), keys.keys(), loc=loc, ncols=columns, **options)
+    else:
+        panels[-1].legend(keys.values(), keys.keys(), **options)

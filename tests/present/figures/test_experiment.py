@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from rigsim.experiment.sine_test import sine_test
-from rigsim.experiment.steady import Status
 from rigsim.model.excitation import Tap
 from rigsim.paper.virtual_experiment import overlay
 from rigsim.parameters import RigParameters
@@ -18,6 +17,7 @@ from rigsim.present.figures.experiment import (
     sine_test_figure,
     spectrum_figure,
 )
+from rigsim.results import Status
 from rigsim.theory.amplitude import frequency_response
 
 RIG = RigParameters()
@@ -29,9 +29,9 @@ def test():
     """Three from rest and three tapped; the status of two of them replaced, as every kind must be drawn."""
     test = sine_test(RIG, 3.18, [30.0, 48.0, 66.0] * 2, [None] * 3 + [Tap()] * 3)
     status = test.status.copy()
-    status[4], status[5] = Status.SUBHARMONIC, Status.PARTED
-    gone = {name: np.where(status == Status.PARTED, np.nan, getattr(test, name)) for name in AXES}
-    distortion = np.where(status[:, None] == Status.PARTED, np.nan, test.distortion)
+    status[4], status[5] = Status.SUBHARMONIC, Status.FLEW_APART
+    gone = {name: np.where(status == Status.FLEW_APART, np.nan, getattr(test, name)) for name in AXES}
+    distortion = np.where(status[:, None] == Status.FLEW_APART, np.nan, test.distortion)
     return replace(test, status=status, distortion=distortion, **gone)
 
 
