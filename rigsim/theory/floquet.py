@@ -17,6 +17,7 @@ about converged orbits decide there.
 """
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -104,3 +105,20 @@ def orbit_multipliers(oscillator, force, frequency, relative):
 def is_stable(multipliers):
     """Whether every multiplier lies inside the unit circle; False where they are NaN."""
     return (abs(multipliers) < 1).all(axis=-1)
+
+
+def runs_of(stable):
+    """Runs of equal stability along a curve, for lines whose style changes with it.
+
+    Parameters
+    ----------
+    stable : (n,) array of bool
+        Of each point of the curve, n above zero.
+
+    Returns
+    -------
+    tuple of (slice, bool)
+        The points of each run, up to the first of the next so that lines have no gap, and whether they are stable.
+    """
+    ends = [0, *(np.flatnonzero(np.diff(stable)) + 1).tolist(), len(stable)]
+    return tuple((slice(start, stop + 1), bool(stable[start])) for start, stop in pairwise(ends))

@@ -84,15 +84,12 @@ def _curves(ax, response, name, color, label, **options):
     """Every piece as runs of equal stability, so that the line style changes where stability does."""
     named = set()
     for piece in response.pieces:
-        amplitude, stable = 1e3 * np.abs(getattr(piece, name)), piece.stable
-        cuts = np.flatnonzero(np.diff(stable)) + 1
-        for run in np.split(np.arange(stable.size), cuts):
-            solid = bool(stable[run[0]])
+        amplitude = 1e3 * np.abs(getattr(piece, name))
+        for run, solid in piece.runs:
             text = f"{label}, {'stable' if solid else 'unstable'}" if label and solid not in named else None
             named.add(solid)
-            reach = np.append(run, run[-1] + 1) if run[-1] + 1 < stable.size else run  # no gap to the next run
             key = STABLE if solid else UNSTABLE
-            ax.plot(piece.frequency[reach], amplitude[reach], color=color, label=text, **key, **options)
+            ax.plot(piece.frequency[run], amplitude[run], color=color, label=text, **key, **options)
     points = [fold for piece in response.pieces for fold in piece.folds]
     text = f"{label}, folds" if label else None
     heights = [1e3 * abs(getattr(fold, name)) for fold in points]
