@@ -1,17 +1,17 @@
 """Figures for those who will build a rig: existence charts, margins, tolerance studies, best designs."""
 
 import numpy as np
-from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.patches import Patch, PathPatch, Rectangle
+from matplotlib.path import Path
+from matplotlib.ticker import StrMethodFormatter
 
 from ...design.variation import quantity
-from .style import BLUE, GREY, ORANGE, PURPLE, SKY, style, subplots
+from .style import BLUE, GREY, ORANGE, PURPLE, SKY, legend, log_scale, style, subplots
 
 _KINDS = {"inner": (ORANGE, "//"), "outer": (PURPLE, "\\\\")}
-_REACH = 0.25  # of ln(F): further from the edge than that, contours need not know how far
 
 
-def existence_chart_figure(result):
+def existence_chart_figure(result, *, ax=None):
     """The map of an `existence_chart`: regions shaded and hatched by kind, boundary curves, the rig and its box.
 
     Parameters
@@ -26,48 +26,46 @@ def existence_chart_figure(result):
     x, y = (values * item.factor for values, item in zip((result.x, result.y), items, strict=True))
     here = [value * item.factor for value, item in zip(result.point, items, strict=True)]
     with style():
-        figure, ax = subplots(1, 1, alt=_chart_alt(result, items, here), height=4.8)
-        handles = []
-        for number, (kind, (color, hatch)) in enumerate(_KINDS.items()):
-            distance = np.nan_to_num(result.distance[number], neginf=-_REACH, posinf=_REACH).clip(-_REACH, _REACH)
-            if not (distance > 0).any():
-                continue
-            filled = ax.contourf(x, y, distance, levels=[0, 2 * _REACH], colors=[color], alpha=0.45, hatches=[hatch])
-            filled.set(edgecolor=color, linewidth=0)
-            handles.append(
-                Patch(facecolor=color, edgecolor=color, alpha=0.45, hatch=hatch, label=f"{kind} detached curve")
-            )
-            for boundary in result.boundaries:
-                if boundary.kind == kind:
-                    ax.plot(boundary.x * items[0].factor, boundary.y * items[1].factor, color=color, linewidth=1.8)
+        figure, axes = subplots(1, 1, alt=_chart_alt(result, items, here), ax=ax, height=4.8)
+        for region in result.regions:
+            color, hatch = _KINDS[region.kind]
+            outline = Path(np.column_stack([region.x * items[0].factor, region.y * items[1].factor]), region.codes)
+            look = {"facecolor": color, "edgecolor": color, "hatch": hatch, "alpha": 0.45, "linewidth": 0}
+            axes.add_patch(PathPatch(outline, **look, label=f"{region.kind} detached curve"))
+        for boundary in result.boundaries:
+            color, _ = _KINDS[boundary.kind]
+            axes.plot(boundary.x * items[0].factor, boundary.y * items[1].factor, color=color, linewidth=1.8)
         if not result.possible.all():
-            ax.contourf(x, y, ~result.possible, levels=[0.5, 1.5], colors=[GREY], alpha=0.5)
-            handles.append(Patch(facecolor=GREY, alpha=0.5, label="no such rig (slack wires)"))
+            axes.contourf(x, y, ~result.possible, levels=[0.5, 1.5], colors=[GREY], alpha=0.5)
+            axes.fill([], [], color=GREY, alpha=0.5, label="no such rig (slack wires)")
         width, height = (2 * half * item.factor for half, item in zip(result.box, items, strict=True))
         if width or height:
             corner = here[0] - width / 2, here[1] - height / 2
-            ax.add_patch(Rectangle(corner, width, height, fill=False, edgecolor="k", linewidth=1.4, zorder=3))
-            handles.append(Patch(fill=False, edgecolor="k", label="its tolerances"))
+            look = {"fill": False, "edgecolor": "k", "linewidth": 1.4, "zorder": 3}
+            axes.add_patch(Rectangle(corner, width, height, **look, label="its tolerances"))
         if x[0] <= here[0] <= x[-1] and y[0] <= here[1] <= y[-1]:
-            handles += ax.plot(*here, "o", color="k", markersize=5, label="this rig", linestyle="none")
-        for axis, values, item in ((ax.xaxis, x, items[0]), (ax.yaxis, y, items[1])):
-            _set_axis(axis, values, item)
-        ax.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-        figure.legend(handles=handles, loc="outside lower center", ncols=3)
+            axes.plot(*here, "o", color="k", markersize=5, label="this rig", linestyle="none")
+        for which, values, item in (("x", x, items[0]), ("y", y, items[1])):
+            _set_axis(axes, which, values, item)
+        axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+        legend(axes, ax=ax, columns=3)
         return figure
 
 
-def _set_axis(axis, values, item):
+def _labelled(item):
+    return f"{item.name} [{item.shown_unit}]" if item.shown_unit else item.name
+
+
+def _set_axis(axes, which, values, item):
     """Label and scale: logarithmic where the grid is."""
-    axis.set_label_text(f"{item.name} ({item.shown_unit})" if item.shown_unit else item.name)
-    if np.ptp(np.diff(values)) > 1e-6 * np.ptp(values):
-        getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
-        if values[-1] / values[0] < 1000:
-            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-            axis.set_minor_formatter(NullFormatter())
-    else:
+    axis = getattr(axes, f"{which}axis")
+    axis.set_label_text(_labelled(item))
+    if np.ptp(np.diff(values)) <= 1e-6 * np.ptp(values):
         axis.get_major_formatter().set_useOffset(False)
+    elif values[-1] / values[0] < 1000:
+        log_scale(axes, (1, 2, 5), which)
+    else:
+        axes.set(**{f"{which}scale": "log"})
 
 
 def _chart_alt(result, items, here):
