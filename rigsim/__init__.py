@@ -42,7 +42,6 @@ _HOME = {
     "orbits_figure": "present.figures.orbits",
     "shoot_orbit": "orbits.shooting",
     "ShotOrbit": "orbits.shooting",
-    "classify": "design.count",
     "existence_forces": "design.count",
     "existence_chart": "design.charts",
     "ExistenceChart": "design.charts",

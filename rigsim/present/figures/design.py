@@ -1,7 +1,7 @@
 """Figures for those who will build a rig: existence charts, margins, tolerance studies, best designs."""
 
 import numpy as np
-from matplotlib.patches import Patch, PathPatch, Rectangle
+from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 from matplotlib.ticker import StrMethodFormatter
 
@@ -17,6 +17,8 @@ def existence_chart_figure(result, *, ax=None):
     Parameters
     ----------
     result : ExistenceChart
+    ax : matplotlib.axes.Axes, optional
+        Drawn into instead of a new figure.
 
     Returns
     -------
@@ -87,12 +89,14 @@ def _three(value):
     return f"{float(f'{value:.3g}'):g}"
 
 
-def margins_figure(result):
+def margins_figure(result, *, ax=None):
     """How far each quantity may move down and up: bars in per cent, logarithmic, with the move in its own unit.
 
     Parameters
     ----------
     result : Margins
+    ax : matplotlib.axes.Axes, optional
+        Drawn into instead of a new figure.
 
     Returns
     -------
@@ -104,124 +108,112 @@ def margins_figure(result):
     low, high = 10 ** np.floor(np.log10(min(finite)) - 0.2), 10 ** np.ceil(np.log10(max(finite)) + 0.6)
     alt = f"Bars of how far each quantity may move before the {result.kind} detached curve is lost. {result.summary()}."
     with style():
-        figure, ax = subplots(1, 1, alt=alt, height=1.4 + 0.48 * len(entries))
+        figure, axes = subplots(1, 1, alt=alt, ax=ax, height=1.4 + 0.48 * len(entries))
         for row, (entry, pair) in enumerate(zip(entries, moves, strict=True)):
             for move, offset, color, sign in zip(pair, (-0.19, 0.19), (BLUE, ORANGE), "−+", strict=True):
                 limited = np.isfinite(move)
                 look = {"color": color} if limited else {"facecolor": "none", "edgecolor": color, "hatch": "//"}
-                ax.barh(row + offset, (move if limited else high) - low, left=low, height=0.36, linewidth=0, **look)
+                label = {"−": "down", "+": "up"}[sign]
+                length = (move if limited else high) - low
+                axes.barh(row + offset, length, left=low, height=0.36, linewidth=0, label=label, **look)
                 shown = f"{sign}{_three(move / 100 * entry.value * entry.factor)} {entry.shown_unit}"
-                text = f" {shown.strip()}" if limited else " never lost"
-                ax.text(
-                    move if limited else low,
-                    row + offset,
-                    text,
-                    va="center",
-                    fontsize=8,
-                    bbox=None if limited else {"facecolor": "white", "linewidth": 0, "pad": 0.5},
-                )
+                text, place = (f" {shown.strip()}", move) if limited else (" never lost", low)
+                box = None if limited else {"facecolor": "white", "linewidth": 0, "pad": 0.5}
+                axes.text(place, row + offset, text, va="center", fontsize=8, bbox=box)
         names = [f"{entry.name} = {entry.value * entry.factor:.6g} {entry.shown_unit}".strip() for entry in entries]
-        ax.set_yticks(range(len(entries)), names)
-        ax.invert_yaxis()
-        ax.grid(False, axis="y")
-        ax.set(xscale="log", xlim=(low, high), xlabel="move before the curve is lost (%)")
-        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        ax.set_title(f"{result.kind} detached curve at {result.force:g} N", loc="left")
-        handles = [Patch(color=BLUE, label="down"), Patch(color=ORANGE, label="up")]
-        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+        axes.set_yticks(range(len(entries)), names)
+        axes.invert_yaxis()
+        axes.grid(False, axis="y")
+        axes.set(xscale="log", xlim=(low, high), xlabel="move before the curve is lost [%]")
+        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.set_title(f"{result.kind} detached curve at {result.force:g} N", loc="left")
+        legend(axes, ax=ax)
         return figure
 
 
-def tolerance_study_figure(result):
+def tolerance_study_figure(result, *, ax=None):
     """Shares of rigs that keep the curve, with 95 % intervals, and how far the drawn rigs are from the edge.
 
     Parameters
     ----------
     result : ToleranceStudy
+    ax : sequence of two matplotlib.axes.Axes, optional
+        Drawn into instead of a new figure.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
     names = result.ranking
+    alt = (
+        f"Left: shares of rigs that keep the curve, all: {result.summary()}. Right: histogram of the force's distance "
+        "from the edge of existence."
+    )
     with style():
-        figure, (left, right) = subplots(
-            1, 2, alt=f"Left: shares of rigs that keep the curve, all: {result.summary()}. Right: histogram of the "
-            "force's distance from the edge of existence.", height=1.9 + 0.36 * len(names), width=9.0,
-        )  # fmt: skip
+        figure, (left, right) = subplots(1, 2, alt=alt, ax=ax, height=1.9 + 0.36 * len(names), width=9.0)
         whole = result.share
         left.axvspan(100 * whole.low, 100 * whole.high, color=GREY, alpha=0.5, linewidth=0, label="all as drawn")
         for offset, shares, marker, color, label in (
             (-0.15, result.exact, "o", BLUE, "this one exact"),
             (0.15, result.alone, "s", ORANGE, "this one alone"),
         ):
-            values = np.array([[100 * shares[name].value for name in names]])
-            ends = np.array([[100 * shares[name].low for name in names], [100 * shares[name].high for name in names]])
-            spread = np.abs(ends - values)
-            rows = np.arange(len(names)) + offset
-            left.errorbar(
-                values[0], rows, xerr=spread, fmt=marker, color=color, markersize=4, label=label, linewidth=1.2
-            )
+            low, value, high = 100 * np.array([(s.low, s.value, s.high) for s in map(shares.get, names)]).T
+            look = {"fmt": marker, "color": color, "markersize": 4, "linewidth": 1.2, "label": label}
+            left.errorbar(value, np.arange(len(names)) + offset, xerr=np.abs([value - low, high - value]), **look)
         items = [quantity(result.parameters, result.force, name) for name in names]
         widths = [f"{i.name} ± {_three(result.tolerances[i.name] * i.factor)} {i.shown_unit}".strip() for i in items]
         left.set_yticks(range(len(names)), widths)
         left.invert_yaxis()
         least = min(share.low for share in (*result.alone.values(), *result.exact.values(), whole))
-        left.set(xlabel="rigs that keep the curve (%)", xlim=(min(95.0, 100 * least - 2), 100.5))
+        left.set(xlabel="rigs that keep the curve [%]", xlim=(min(95.0, 100 * least - 2), 100.5))
         left.set_title(f"{100 * whole.value:.1f} % of {whole.tried} rigs keep it", loc="left")
         # As a change of force: how far the force is from where the curve comes or goes.
         percent = 100 * np.expm1(np.clip(result.distance, -1, 1))
         width = max(np.ptp(np.append(percent, 0.0)) / 40, 1e-9)
         # Whole bins from the edge of existence on, where lost and kept part.
         edges = width * np.arange(np.floor(percent.min() / width), np.ceil(percent.max() / width) + 1)
-        right.hist(
-            [percent[~result.kept], percent[result.kept]],
-            edges,
-            stacked=True,
-            color=[SKY, BLUE],
-            label=["lost", "kept"],
-        )
+        parts = [percent[~result.kept], percent[result.kept]]
+        right.hist(parts, edges, stacked=True, color=[SKY, BLUE], label=["lost", "kept"])
         right.axvline(0, color="k", linewidth=1)
-        right.set(xlabel="distance of the force from the edge (%)", ylabel="rigs")
+        right.set(xlabel="distance of the force from the edge [%]", ylabel="rigs")
         right.legend()
-        figure.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=3)
+        if ax is None:
+            legend(left, loc="outside lower left", columns=3)
+        else:
+            left.legend()
         return figure
 
 
-def design_figure(result):
+def design_figure(result, *, ax=None):
     """The margin over each free number, the others at their best.
 
     Parameters
     ----------
     result : Design
+    ax : matplotlib.axes.Axes or sequence of them, optional
+        Drawn into instead of a new figure, one for each free number.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
+    count = len(result.free)
+    options = {"width": max(7.5, 4.2 * count), "height": 3.6, "squeeze": False, "sharey": True}
     with style():
-        count = len(result.free)
-        figure, grid = subplots(
-            1,
-            count,
-            alt=f"Margin over the free numbers. {result.summary()}.",
-            width=max(7.5, 4.2 * count),
-            height=3.6,
-            squeeze=False,
-            sharey=True,
-        )
-        for ax, (name, (_, _, best)) in zip(grid[0], result.free.items(), strict=True):
+        figure, grid = subplots(1, count, alt=f"Margin over the free numbers. {result.summary()}.", ax=ax, **options)
+        for axes, (name, (_, _, best)) in zip(grid[0], result.free.items(), strict=True):
             item = quantity(result.parameters, result.force, name)
             values, heights = result.profiles[name]
-            ax.plot(values * item.factor, heights, color=BLUE, label="margin")
-            ax.axvline(result.start[name] * item.factor, color=GREY, linestyle=":", label="before")
-            ax.plot(best * item.factor, result.margin, "o", color="k", markersize=5, label="best", linestyle="none")
-            ax.set_xlabel(f"{name} ({item.shown_unit})")
-            ax.xaxis.get_major_formatter().set_useOffset(False)
-            ax.set_ylim(0, None)
-        grid[0, 0].set_ylabel("margin (tolerances)")
-        figure.suptitle(f"tolerances: {_tolerances(result)}", fontsize=9, wrap=True)
-        figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+            axes.plot(values * item.factor, heights, color=BLUE, label="margin")
+            axes.axvline(result.start[name] * item.factor, color=GREY, linestyle=":", label="before")
+            axes.plot(best * item.factor, result.margin, "o", color="k", markersize=5, label="best", linestyle="none")
+            axes.set_xlabel(_labelled(item))
+            axes.xaxis.get_major_formatter().set_useOffset(False)
+            axes.set_ylim(0, None)
+        grid[0, 0].set_ylabel("margin [tolerances]")
+        if ax is None:
+            figure.suptitle(f"tolerances: {_tolerances(result)}", fontsize=9, wrap=True)
+        legend(grid, ax=ax, columns=3)
         return figure
 
 
