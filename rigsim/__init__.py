@@ -80,12 +80,7 @@ _HOME = {
     "tap_slider": "present.moving.tap_slider",
     "force_scenario_figure": "present.figures.response",
     "response_surface_figure": "present.figures.surface",
-    "rig_figure": "present.figures.rig",
-    "rigs_figure": "present.figures.rig",
-    "wire_law_figure": "present.figures.rig",
-    "statics_figure": "present.figures.rig",
     "rig_animation": "present.moving.rig",
-    "rigs_animation": "present.moving.rig",
 }
 
 __all__ = sorted(_HOME)

@@ -44,6 +44,31 @@ class Overlay(Result):
 
     plots = {"branches": "branches_figure"}
 
+    def theory(self, band, parameters=None):
+        """The theory's curves over a whole band, at the force of the tests.
+
+        Parameters
+        ----------
+        band : pair of float
+            Hz.
+        parameters : RigParameters or OscillatorParameters, optional
+            By default those that the tests were compared with.
+
+        Returns
+        -------
+        FrequencyResponse
+
+        Raises
+        ------
+        ValueError
+            If the band is not two ascending frequencies.
+        """
+        low, high = checks.array("band", band, "Hz", low=0.0, low_open=True, min_size=2)
+        if low >= high:
+            raise ValueError(f"band = {tuple(band)} Hz is not allowed; expected its lower end first")
+        parameters = self.response.parameters if parameters is None else parameters
+        return frequency_response(parameters, self.response.force, np.linspace(low, high, 701))
+
     def reached(self):
         """Whether some test settled on each solution, bool array of shape (n, 3) as in ``response``."""
         result = np.zeros(self.response.relative.shape, dtype=bool)
