@@ -107,7 +107,8 @@ def _parser():
 
 def _report(args, rest):
     try:
-        from .present.report.build import ReportError, build_reports
+        from .present.report.build import build_reports
+        from .present.report.run import ReportError
     except ModuleNotFoundError as error:
         raise environment.SetupError(
             f"this environment has no {error.name}: install what environment.txt lists, "

@@ -19,7 +19,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from ... import checks
 from ..figures.style import BLACK, BLUE, style, subplots
-from ..svg import unique_ids
+from ..figures.svg import unique_ids
 
 # Line key of the house (`figures.style`); "outline" is a closed shape, filled lightly. Widths and dashes in points.
 _KINDS = {
