@@ -237,47 +237,36 @@ def test_notebooks_go_by_name_or_number(tmp_path, monkeypatch):
         commands._notebook("07")
 
 
-@pytest.mark.parametrize(("codes", "status"), [((0, 0), 0), ((1, 0), 1), ((0, 1), 1)])
-def test_jobs_side_by_side_are_shown_in_turn_and_added_up(capfdbinary, codes, status):
-    def job(number, code):
-        end = f"== {number} passed, 1 skipped in 0.1s =="
-        return [sys.executable, "-c", f"print('job {number}'); print('{end}'); raise SystemExit({code})"]
-
-    done = commands._follow({"unit tests": job(4, codes[0]), "notebooks": job(7, codes[1])}, dict(os.environ))
-    text = capfdbinary.readouterr().out.decode()
-    assert done == status
-    assert (
-        text.index("job 4")
-        < text.index("job 7")
-        < text.index("unit tests: 4 passed")
-        < text.index("notebooks: 7 passed")
-    )
-    closing = text.strip().splitlines()[-1]
-    assert "11 passed, 2 skipped" in closing and ("FAILED" in closing) == bool(status)
+@pytest.fixture
+def called(monkeypatch):
+    """Commands that would have run, and with which settings of their own."""
+    calls = []
+    monkeypatch.setattr(commands, "_call", lambda command, folder, defaults: calls.append((command, defaults)) or 3)
+    monkeypatch.setattr(environment, "enter", lambda extras: calls.append(extras))
+    return calls
 
 
-def test_no_output_is_lost_and_interrupts_stop_the_jobs(monkeypatch):
-    started = []
-    real = subprocess.Popen
-    monkeypatch.setattr(
-        subprocess, "Popen", lambda *args, **options: started.append(real(*args, **options)) or started[-1]
-    )
-    monkeypatch.setattr(commands, "_stream", lambda process, path: (_ for _ in ()).throw(KeyboardInterrupt))
-    with pytest.raises(KeyboardInterrupt):
-        commands._follow({"a": [sys.executable, "-c", "import time; time.sleep(100)"]}, dict(os.environ))
-    assert started[0].returncode is not None
+def test_test_command_runs_notebooks_and_tests_side_by_side(called):
+    assert commands.main(["test"]) == 1
+    (extras, (command, defaults)) = called
+    assert extras == ("test", "browser") and defaults["OPENBLAS_NUM_THREADS"] == "1"
+    assert command[-2:] == ["notebooks", "tests"] and command[command.index("-n") + 1] == "2"
+    assert "--nbval-lax" in command and "--full" not in command and "--soak" not in command
 
 
-def test_test_command_passes_arguments_to_pytest(monkeypatch):
-    seen = {}
-    monkeypatch.setattr(commands, "_follow", lambda jobs, settings: seen.update(jobs) or 0)
-    monkeypatch.setattr(environment, "enter", lambda extras: seen.update(extras=extras))
-    assert commands.main(["test", "--full", "-k", "checks", "-x"]) == 0
-    assert seen["extras"] == ("test", "browser")
-    assert seen["tests"][-4:] == ["--full", "-k", "checks", "-x"]
-    seen.clear()
-    assert commands.main(["test"]) == 0
-    assert seen["unit tests"][-1] == "tests" and "--full" not in seen["unit tests"]
+@pytest.mark.parametrize("how", ["--full", "--soak"])
+def test_test_command_passes_arguments_to_pytest(called, how):
+    assert commands.main(["test", how, "-k", "checks", "-x"]) == 1
+    assert called[1][0][1:] == ["-m", "pytest", how, "-k", "checks", "-x"]
+
+
+def test_a_setting_of_the_users_own_is_kept(monkeypatch):
+    show = "import os; raise SystemExit(int(os.environ['OPENBLAS_NUM_THREADS']))"
+    for said, wanted in ((None, 1), ("4", 4)):
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", said) if said else monkeypatch.delenv(
+            "OPENBLAS_NUM_THREADS", raising=False
+        )
+        assert commands._call([sys.executable, "-c", show], ".", {"OPENBLAS_NUM_THREADS": "1"}) == wanted
 
 
 def test_report_errors_are_lines(monkeypatch, capsys, tmp_path):

@@ -1,5 +1,7 @@
 """The paper's numbers as it prints them, the one place where they are written down."""
 
+from .. import checks
+
 # section -> symbol -> (text, unit)
 PRINTED = {
     "Table 1": {
@@ -32,5 +34,25 @@ PRINTED = {
 
 
 def printed(section, symbol):
-    """A printed number as a float."""
+    """A number as the paper prints it.
+
+    Parameters
+    ----------
+    section : str
+        Where it stands: "Table 1", "Eq. (2)", "Fig. 3" ...
+    symbol : str
+        Which of its numbers: "ms", "k3", "mean k3" ...
+
+    Returns
+    -------
+    float
+        In the unit that is printed with it.
+
+    Raises
+    ------
+    ValueError
+        If the paper prints no such number.
+    """
+    checks.one_of("section", section, tuple(PRINTED))
+    checks.one_of("symbol", symbol, tuple(PRINTED[section]))
     return float(PRINTED[section][symbol][0])

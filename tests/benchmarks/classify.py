@@ -8,7 +8,8 @@ import numpy as np
 from response import FORCE, companions
 from run import fastest
 
-from rigsim import RigParameters, classify
+from rigsim import RigParameters
+from rigsim.design.count import classify
 
 SETS = 10_000
 

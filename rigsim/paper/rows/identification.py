@@ -31,7 +31,7 @@ def _ks_cause(e):
     )
 
 
-def _table_4_cause(e):
+def _table_4_cause(_):
     error = printed("Table 4", "ks") / float(_likely_ks()) - 1
     return f"if Table 1's ks was meant to be {_likely_ks()} N/m, ks is off by {100 * error:+.2g} % and the claim holds"
 
@@ -48,7 +48,7 @@ def _second_damping_cause(e):
     return f"follows from Table 4's ks and cs: with them it is {value:.4f}"
 
 
-def _table_4_error(e):
+def _table_4_error(_):
     errors = {s: printed("Table 4", s) / printed("Table 1", s) - 1 for s in ("ms", "ks", "cs", "m", "c")}
     errors["k1"] = printed("Table 4", "k1") / printed("Eq. (2)", "k1") - 1
     worst = max(errors, key=lambda s: abs(errors[s]))

@@ -40,6 +40,7 @@ class Document:
     figures: int = 0
 
     def markdown(self, source, attachments=None):
+        """A cell's text as HTML."""
         html = MarkdownWithMath(_Renderer(self, attachments), block=_Blocks()).render(source)
         return self.accessible_tables(html)
 

@@ -7,12 +7,12 @@ from latex2mathml.converter import convert as _latex_to_mathml
 
 
 def mathml(latex, display=False):
-    """LaTeX maths as a MathML element, or, where it cannot be converted, as its source in a ``<code>`` element.
+    r"""LaTeX maths as a MathML element, or, where it cannot be converted, as its source in a ``<code>`` element.
 
     Parameters
     ----------
     latex : str
-        Without dollar signs. Environments of several lines and ``\\tag`` are understood.
+        Without dollar signs. Environments of several lines and ``\tag`` are understood.
     display : bool
         On a line of its own.
 

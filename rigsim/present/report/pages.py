@@ -54,6 +54,7 @@ def _neighbour(every, place):
 
 
 def index_page(every, output, failures):
+    """The page (str) that leads to every notebook's."""
     rows = []
     for path in every:
         title, question = _heading(path)

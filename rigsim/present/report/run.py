@@ -51,7 +51,7 @@ def run_notebook(notebook, path, bar):
     )
     # The kernels share the cores; without a word each would claim them all.
     threads = str(max(1, (os.cpu_count() or 1) // WORKERS))
-    defaults = {name: threads for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+    defaults = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), threads)
     try:
         client.execute(env={**defaults, **os.environ})
     except (CellExecutionError, CellTimeoutError, DeadKernelError) as error:

@@ -38,6 +38,7 @@ class _Loads(HTMLParser):
 
 
 def check_self_contained(page, name):
+    """Raise a `ReportError` if a page (str) would load anything."""
     parser = _Loads()
     parser.feed(page)
     if parser.found:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from mpl_toolkits.mplot3d.art3d import Line3D
 
-from rigsim import OscillatorParameters, RigParameters, existence_forces, folds, frequency_response
+from rigsim import OscillatorParameters, RigParameters, folds, frequency_response
+from rigsim.design.count import existence_forces
 from rigsim.present.figures.surface import _sheet, response_surface_figure
 
 RIG = RigParameters()
