@@ -13,11 +13,11 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from scipy.stats import qmc
 
 from .. import checks
 from ..campaign.run import join, run_chunks, split
+from ..compiled import compiled
 from ..model.oscillator import matrices
 from ..parameters import oscillator_of
 from ..results import Result
@@ -216,7 +216,7 @@ def _settle_chunk(chunk):
     return {"label": label, "periods": periods, "states": y.T}
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _settle(y, numbers, h, steps, points, metrics, owner, patience):
     """Run states ``y`` (4, n), in place, period by period until trapped; who trapped them, and when."""
     n = y.shape[1]

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from scipy.integrate import DOP853
 
 from .. import checks
+from ..compiled import compiled
 from ..parameters import LAWS, OscillatorParameters, RigParameters, oscillator_of
 
 STATE = ("xs", "z", "xs'", "z'")
@@ -38,7 +38,7 @@ def _tableau():
 _VELOCITY, _DISPLACEMENT, _INSTANT = _tableau()
 
 
-@njit(cache=True, inline="always")
+@compiled
 def _stage(row, y, lo, n, h, a, xs, z, us, uz):
     """Displacements and velocities of ``n`` states from column ``lo`` on, at stage ``row``."""
     share = h * _INSTANT[row]
@@ -57,7 +57,7 @@ def _stage(row, y, lo, n, h, a, xs, z, us, uz):
                 uz[i] += q * a[j, 1, i]
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def march(y, n, numbers, start, h, steps, tap, tap_start, tap_rate):
     """Move the first ``n`` columns of ``y`` (4, at least n) by ``steps`` steps of ``h`` (s) from ``start`` (s) on.
 

@@ -1,10 +1,11 @@
 """Lines of a spectrum by least squares: sines of known frequency, and the one that stands out of what is left."""
 
-import numba
 import numpy as np
 import scipy.fft
 import scipy.linalg
 import scipy.optimize
+
+from ..compiled import compiled
 
 
 def fit_sines(time, signals, frequencies):
@@ -66,7 +67,7 @@ def _sum_of_rotations(start, spacing, count, omega):
     return kernel * np.exp(1j * (omega * start + (count - 1) * half))
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _project(start, spacing, signals, omega):
     """Sums over the samples of u exp(i omega t), complex, shape (lines, channels)."""
     sums = np.zeros((len(omega), signals.shape[1]), dtype=np.complex128)
@@ -79,7 +80,7 @@ def _project(start, spacing, signals, omega):
     return sums
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _subtract(start, spacing, signals, omega, amplitudes):
     """Take Re(U exp(i omega t)) of every line from the signals, in place."""
     for k in range(len(omega)):

@@ -14,8 +14,9 @@ Automatica 30, 1994, for the weights).
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy import linalg
+
+from ..compiled import compiled
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +168,7 @@ def _stable(A):
     return np.real(vectors * mirrored @ np.linalg.inv(vectors))
 
 
-@njit(cache=True)
+@compiled
 def _triangle(A, C, inputs, outputs):
     """Triangular factor of [regressors, outputs], a row rotated in at a time so that none is stored.
 
@@ -200,7 +201,7 @@ def _triangle(A, C, inputs, outputs):
     return triangle
 
 
-@njit(cache=True)
+@compiled
 def _rotate_in(triangle, row):
     """Givens rotations that take one more row into an upper triangle; ``row`` is used up."""
     for k in range(row.size):
@@ -213,7 +214,7 @@ def _rotate_in(triangle, row):
                 row[j] = cosine * row[j] - sine * above
 
 
-@njit(cache=True)
+@compiled
 def _times(left, right):
     product = np.zeros_like(right)
     for i in range(left.shape[0]):
@@ -223,7 +224,7 @@ def _times(left, right):
     return product
 
 
-@njit(cache=True)
+@compiled
 def _simulate(A, B, C, D, start, offset, inputs):
     order, q, p = A.shape[0], C.shape[0], B.shape[1]
     outputs = np.empty((inputs.shape[0], q))

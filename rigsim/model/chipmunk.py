@@ -14,7 +14,6 @@ of second order.
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 import pymunk
 import pymunk.batch
@@ -23,6 +22,7 @@ from numba.core.types import WrapperAddressProtocol
 from numba.experimental import function_type  # noqa: F401  (registers how such a function is passed)
 from pymunk._chipmunk_cffi import ffi, lib
 
+from ..compiled import compiled
 from .planar import (
     conservative_forces,
     damping_matrix,
@@ -184,7 +184,7 @@ class RigSpace:
         return Motion(xs, X - self._LG * np.cos(tilt), tilt, self._parted.copy())
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _advance(
     each_body, space_step, space,
     read_iterator, read_address, read_count, read,
@@ -238,7 +238,7 @@ def _advance(
                     positions[k // sample_every, 1 + j, i] = cylinder[j]
 
 
-@numba.njit(cache=True, inline="always")
+@compiled
 def _centre_damping(force, v, damping, mass, h, system):
     """Add the damping of the mean of old and new velocity: force <- M dv/h with (M + h C/2) dv = h (force - C v)."""
     for i in range(4):

@@ -10,9 +10,9 @@ energy is the sum of k (l - d0)^2/2. All forces, tangents and dampers are gradie
 
 from dataclasses import dataclass, replace
 
-import numba
 import numpy as np
 
+from ..compiled import compiled
 from ..parameters import RigParameters
 from ..results import Result
 from .modes import largest_to_one, modes_of
@@ -61,7 +61,7 @@ def pack(parameters):
     return rigs, wires
 
 
-@numba.njit(cache=True, inline="always")
+@compiled
 def _wire(q, cos, sin, wire):
     """In-plane vector from frame pin to mass pin, lever arm from the centre of mass, and length."""
     arm_x = cos * wire.along - sin * wire.across
@@ -72,7 +72,7 @@ def _wire(q, cos, sin, wire):
     return r_x, r_y, arm_x, arm_y, length
 
 
-@numba.njit(cache=True)
+@compiled
 def conservative_forces(q, rig, wires, out):
     """Generalised forces of springs, wires and gravity, -dV/dq, into ``out`` (4,); N and N m."""
     cos, sin = np.cos(q[3]), np.sin(q[3])
@@ -93,7 +93,7 @@ def conservative_forces(q, rig, wires, out):
         out[3] += arm_x * f_y - arm_y * f_x
 
 
-@numba.njit(cache=True)
+@compiled
 def damping_matrix(q, rig, wires, out):
     """Viscous damping matrix at q into ``out`` (4, 4): each damper c g g^T over the gradient g of its length."""
     cos, sin = np.cos(q[3]), np.sin(q[3])
@@ -114,14 +114,14 @@ def damping_matrix(q, rig, wires, out):
             _add_damper(rig.wire_damping, g, out)
 
 
-@numba.njit(cache=True, inline="always")
+@compiled
 def _add_damper(c, g, out):
     for i in range(4):
         for j in range(4):
             out[i, j] += c * g[i] * g[j]
 
 
-@numba.njit(cache=True)
+@compiled
 def tangent_stiffness(q, rig, wires, out):
     """Second derivative of the potential energy at q into ``out`` (4, 4)."""
     cos, sin = np.cos(q[3]), np.sin(q[3])

@@ -15,8 +15,8 @@ at steps of any size; a change that remains at `_CROSSING` is taken for that, an
 import math
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled
 from .harmonic_balance import residual_and_jacobian
 
 # Why a curve ended.
@@ -27,7 +27,7 @@ _SHORTEST, _CROSSING = 1e-9, 1e-5
 _CONVERGED = 1e-8  # of the last Newton step, whose own error is its square
 
 
-@njit(cache=True)
+@compiled
 def _solve(matrix, right):
     """Solution of matrix x = right (n, r) in place, by elimination with row exchanges; the determinant's sign."""
     n, columns = right.shape
@@ -63,7 +63,7 @@ def _solve(matrix, right):
     return sign
 
 
-@njit(cache=True)
+@compiled
 def _sizes(x):
     """Norm of the coefficients, and Omega: the units of relative length at x."""
     n = x.size - 1
@@ -73,7 +73,7 @@ def _sizes(x):
     return max(math.sqrt(total), 1e-300), x[n]
 
 
-@njit(cache=True)
+@compiled
 def _dot(a, b, sizes):
     n = a.size - 1
     total = 0.0
@@ -82,7 +82,7 @@ def _dot(a, b, sizes):
     return total / sizes[0] ** 2 + a[n] * b[n] / sizes[1] ** 2
 
 
-@njit(cache=True)
+@compiled
 def _plane(tangent, sizes, x):
     """normal and level of the plane normal . x = level through x across the tangent."""
     n = x.size
@@ -93,7 +93,7 @@ def _plane(tangent, sizes, x):
     return normal, level
 
 
-@njit(cache=True)
+@compiled
 def correct(numbers, law, period, orders, cosine, sine, x, normal, level, iterations, reach):
     """Newton's method for the orbit on the plane normal . x = level, from x and in place.
 
@@ -133,7 +133,7 @@ def correct(numbers, law, period, orders, cosine, sine, x, normal, level, iterat
     return 0.0, iterations, step
 
 
-@njit(cache=True)
+@compiled
 def correct_at(numbers, law, period, orders, cosine, sine, x, Omega, iterations, reach):
     """`correct` at a given Omega."""
     normal = np.zeros(x.size)
@@ -142,7 +142,7 @@ def correct_at(numbers, law, period, orders, cosine, sine, x, Omega, iterations,
     return correct(numbers, law, period, orders, cosine, sine, x, normal, Omega, iterations, reach)
 
 
-@njit(cache=True)
+@compiled
 def advance(numbers, law, period, orders, cosine, sine, x, tangent, step):
     """The orbit ``step`` (relative length) along the tangent from x, corrected across it.
 
@@ -162,20 +162,20 @@ def advance(numbers, law, period, orders, cosine, sine, x, tangent, step):
     return sign, count, predicted, along
 
 
-@njit(cache=True)
+@compiled
 def unit_tangent(x, tangent):
     """The tangent at x in the units there."""
     return tangent / math.sqrt(_dot(tangent, tangent, _sizes(x)))
 
 
-@njit(cache=True)
+@compiled
 def distance(x, other):
     """Relative length between two orbits, in the units at the second."""
     apart = x - other
     return math.sqrt(_dot(apart, apart, _sizes(other)))
 
 
-@njit(cache=True)
+@compiled
 def _breaking_rows(size, parity):
     """Unknowns, all lines kept, that belong to the even lines and the mean (parity 0) or to the odd ones (1)."""
     rows = [0 for _ in range(1 - parity)]
@@ -185,7 +185,7 @@ def _breaking_rows(size, parity):
     return np.array(rows)
 
 
-@njit(cache=True)
+@compiled
 def _product(x, other, rows):
     total = 0.0
     for i in rows:
@@ -193,7 +193,7 @@ def _product(x, other, rows):
     return total
 
 
-@njit(cache=True)
+@compiled
 def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, longest, room, parity):
     """The curve from x along ``tangent`` until it leaves (low, high) in Omega, closes, fills the room or is stuck.
 
@@ -273,7 +273,7 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
     return points, tangents, crossed, FULL
 
 
-@njit(cache=True)
+@compiled
 def locate_fold(numbers, law, period, orders, cosine, sine, x, tangent, length):
     """The orbit between x and ``length`` along its tangent at which Omega turns: where the tangent has no Omega part.
 
@@ -307,7 +307,7 @@ def locate_fold(numbers, law, period, orders, cosine, sine, x, tangent, length):
     return True, best, unit_tangent(best, along)
 
 
-@njit(cache=True)
+@compiled
 def between(x, tangent, other, other_tangent, share):
     """The cubic curve through two neighbouring orbits along their tangents, at a share of the way."""
     length = distance(other, x)
@@ -320,7 +320,7 @@ def between(x, tangent, other, other_tangent, share):
     )
 
 
-@njit(cache=True)
+@compiled
 def lies_on(numbers, law, period, orders, cosine, sine, points, tangents, x):
     """Whether the orbit x lies on the traced curve: some orbit of the curve at its Omega is the same to 1e-6."""
     n = x.size
@@ -346,7 +346,7 @@ def lies_on(numbers, law, period, orders, cosine, sine, points, tangents, x):
     return False
 
 
-@njit(cache=True)
+@compiled
 def _breaking_block(numbers, law, period, orders, cosine, sine, x, rows):
     jacobian = np.empty((x.size - 1, x.size))
     residual_and_jacobian(
@@ -359,7 +359,7 @@ def _breaking_block(numbers, law, period, orders, cosine, sine, x, rows):
     return block
 
 
-@njit(cache=True)
+@compiled
 def breaking_sign(numbers, law, period, orders, cosine, sine, x, parity):
     """Sign of the Jacobian's determinant over the even lines and the mean, or over the odd lines, where x has none.
 
@@ -371,7 +371,7 @@ def breaking_sign(numbers, law, period, orders, cosine, sine, x, parity):
     return _solve(block, np.empty((rows.size, 0)))
 
 
-@njit(cache=True)
+@compiled
 def breaking_direction(numbers, law, period, orders, cosine, sine, x, parity):
     """Unit direction (relative length) in which orbits branch off at x, as for `breaking_sign`.
 

@@ -25,9 +25,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from .. import checks
+from ..compiled import compiled
 from ..parameters import LAWS, OscillatorParameters, RigParameters, oscillator_of
 
 CUBIC, EXACT = 0.0, 1.0
@@ -149,7 +149,7 @@ def balance(parameters, force, harmonics, law, period=1, symmetric=False):
     )
 
 
-@njit(cache=True)
+@compiled
 def spring(law, w):
     """phi(w) and phi'(w): the wires' force over m omega_s^2 x0, without cancellation between d and d0."""
     if law[0] == CUBIC:
@@ -164,7 +164,7 @@ def spring(law, w):
     return force, stiffness * (grown + d * d * gap) / (length * length * length)
 
 
-@njit(cache=True)
+@compiled
 def force_lines(law, orders, cosine, sine, x, slope_a, slope_b, force_a, force_b):
     """Lines of phi'(w) (into slope_a, slope_b, 2h + 1) and of phi(w) (into force_a, force_b, h + 1) about x.
 
@@ -190,7 +190,7 @@ def force_lines(law, orders, cosine, sine, x, slope_a, slope_b, force_a, force_b
             slope_b[k] += slope * sine[i, k]
 
 
-@njit(cache=True)
+@compiled
 def residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, residual, jacobian):
     """Residual (n - 1,) and Jacobian (n - 1, n) of the module's equations at x (n,); work is (4, 2h + 1)."""
     mu, zeta_s, zeta = numbers[0], numbers[1], numbers[2]

@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from .. import checks
+from ..compiled import compiled
 from ..parameters import LAWS, RigParameters, oscillator_of
 from ..results import Result
 
@@ -69,7 +69,7 @@ class ShotOrbit(Result):
         )
 
 
-@njit(cache=True)
+@compiled
 def _rates(t, state, constants, force, omega, rates):
     """Time derivative of the state and of its four derivatives, (5, 4): row 0 the state."""
     ms, ks, cs, m, c = constants[0], constants[1], constants[2], constants[3], constants[4]
@@ -91,7 +91,7 @@ def _rates(t, state, constants, force, omega, rates):
     rates[0, 2] += force * math.cos(omega * t) / ms
 
 
-@njit(cache=True)
+@compiled
 def _carry(start, constants, force, omega, duration, steps, path):
     """State and derivatives (5, 4) after ``duration``; the states (xs, x) before every step go into path."""
     h = duration / steps

@@ -24,9 +24,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.optimize import brentq
 
+from ..compiled import compiled
 from .continuation import advance, distance
 from .harmonic_balance import force_lines
 
@@ -64,7 +64,7 @@ class SpecialPoint:
         return f"SpecialPoint({self.kind}, {self.frequency:.4f} Hz, |z| = {1e3 * abs(self.relative):.4g} mm)"
 
 
-@njit(cache=True)
+@compiled
 def _determinant(matrix):
     """Determinant by elimination with row exchanges, in place."""
     n = matrix.shape[0]
@@ -91,7 +91,7 @@ def _determinant(matrix):
     return result
 
 
-@njit(cache=True)
+@compiled
 def _unforced_exponents(mu, zeta_s, zeta, q0):
     """The alpha_j: roots of d(sigma), polished by Newton's method."""
     coefficients = np.array(
@@ -120,7 +120,7 @@ def _unforced_exponents(mu, zeta_s, zeta, q0):
     return roots
 
 
-@njit(cache=True)
+@compiled
 def _hill_value(exponent, kappa, alphas, q, rows, mu, zeta_s):
     """P(exp(2 pi exponent/kappa)) of the module's text; q holds q_0, q_1, ..., and -rows..rows are kept."""
     n, lines, turn = 2 * rows + 1, q.size - 1, 2.0 * math.pi / kappa
@@ -173,7 +173,7 @@ def _hill_value(exponent, kappa, alphas, q, rows, mu, zeta_s):
     return value * np.exp(-tail)
 
 
-@njit(cache=True)
+@compiled
 def _hill_polynomials(numbers, law, period, orders, cosine, sine, points):
     """Coefficients c_0 ... c_3 of P (k, 4), leading one 1, over half an orbit's period if ``orders`` are odd."""
     mu, zeta_s, zeta = numbers[0], numbers[1], numbers[2]

@@ -1,0 +1,239 @@
+"""Machine code that is never older than the code it came from, made by numba when it is first called.
+
+`compiled` marks functions for numba without importing it. Their machine code is kept on disk under a digest of all
+that numba built into it: the bytecode of the function and of every function it reaches, with the values of the names
+they use, as they are in this process. So an edit anywhere leads to other files, and nothing stale can be loaded.
+`inlinable` marks functions of scalars that run as plain Python where Python calls them, and as machine code inside
+`compiled` ones.
+
+Standard library only until something is compiled or loaded.
+"""
+
+import dis
+import functools
+import hashlib
+import os
+import pickle
+import sys
+import tempfile
+import threading
+import types
+from pathlib import Path
+
+_PACKAGE = Path(__file__).resolve().parent
+_lock = threading.RLock()
+_waiting = []  # inlinable functions that numba has not been told of
+
+
+def compiled(function=None, **options):
+    """Have numba compile a function when it is first called; a decorator, with or without ``options``.
+
+    Parameters
+    ----------
+    function : function
+        Of a module of rigsim.
+    **options
+        Of `numba.njit`, but for ``cache`` and ``inline``: calls between compiled functions are inlined by LLVM.
+
+    Returns
+    -------
+    Compiled
+    """
+    return functools.partial(compiled, **options) if function is None else Compiled(function, options)
+
+
+def inlinable(function):
+    """Let compiled functions call a function of scalars, which stays as it is for Python; a decorator."""
+    with _lock:
+        _waiting.append(function)
+    return function
+
+
+class Compiled:
+    """A function that numba compiles, or loads from disk, when it is first called.
+
+    Attributes
+    ----------
+    py_func : function
+        What was written.
+    """
+
+    def __init__(self, function, options):
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self._options = options
+        self._dispatcher = None
+
+    def __call__(self, *arguments):
+        """Run the machine code for arguments of these types."""
+        return (self._dispatcher or self._load())(*arguments)
+
+    def _load(self):
+        with _lock:
+            if self._dispatcher is None:
+                while _waiting:
+                    function = _waiting.pop()
+                    function.dispatcher = _dispatcher(function, {})  # numba's type does not keep it alive
+                    function._numba_type_ = function.dispatcher._numba_type_
+                self._dispatcher = _dispatcher(self.py_func, self._options)
+        return self._dispatcher
+
+    @property
+    def _numba_type_(self):  # by which numba knows what other compiled functions may call
+        return self._load()._numba_type_
+
+    def __reduce__(self):
+        return self.__qualname__  # pickled by name, as functions are
+
+
+def _dispatcher(function, options):
+    import numba
+
+    dispatcher = numba.njit(**options)(function)
+    dispatcher._cache = _Cache(function, options)
+    return dispatcher
+
+
+class _Cache:
+    """What a numba dispatcher asks for machine code before it compiles, and gives it to afterwards.
+
+    One file a function and signature, written whole or not at all, named function-stamp-signature.
+    """
+
+    cache_path = None
+
+    def __init__(self, function, options):
+        module = function.__module__.partition(".")[2] or function.__module__
+        self._name = f"{module}.{function.__qualname__}"
+        self._function, self._options = function, options
+
+    @functools.cached_property
+    def _stamp(self):
+        import numba
+        import numpy
+
+        digest = hashlib.sha256(f"{sys.version} {numba.__version__} {numpy.__version__} {self._options}".encode())
+        _feed(digest, self._function, {})
+        return digest.hexdigest()[:16]
+
+    def _path(self, signature, codegen):
+        text = f"{signature} {codegen.magic_tuple()}"  # the machine's kind, too
+        return _folder() / f"{self._name}-{self._stamp}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+    def load_overload(self, signature, target):
+        """The result of an earlier compilation, or None."""
+        from numba.core.compiler import CompileResult
+
+        target.refresh()
+        try:
+            data = self._path(signature, target.codegen()).read_bytes()
+        except OSError:
+            _say_once()
+            return None
+        return CompileResult._rebuild(target, *pickle.loads(data))
+
+    def save_overload(self, signature, result):
+        """Keep a compilation's result, and drop those of other code by the same name."""
+        from numba.core.serialize import dumps
+
+        # An argument that is a compiled function has no name that means the same in another process.
+        if result.library.has_dynamic_globals or "CPUDispatcher" in str(signature):
+            return
+        path = self._path(signature, result.codegen)
+        data = dumps(result._reduce())
+        try:
+            handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".")
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+            os.replace(temporary, path)
+            _sweep(path.parent)
+            for other in path.parent.glob(f"{self._name}-*"):
+                if not other.name.startswith(f"{self._name}-{self._stamp}-"):
+                    other.unlink(missing_ok=True)
+        except OSError:
+            pass  # nothing is kept, as _say_once has said
+
+
+@functools.cache
+def _folder():
+    """Where machine code is kept: $NUMBA_CACHE_DIR if set, else beside the package, else in the user's cache."""
+    place = hashlib.sha256(str(_PACKAGE).encode()).hexdigest()[:16]
+    user = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    folders = [_PACKAGE / "__pycache__" / "compiled", Path(user, "rigsim", place)]
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        folders.insert(0, Path(os.environ["NUMBA_CACHE_DIR"], f"rigsim-{place}"))
+    for folder in folders:
+        if _writable(folder):
+            return folder
+    return folders[0]
+
+
+def _writable(folder):
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return False
+    return True
+
+
+@functools.cache
+def _say_once():
+    kept = "once" if _writable(_folder()) else f"in every process anew, since {_folder()} cannot be written"
+    print(f"rigsim: compiling what is asked for, {kept}; half a minute at most", file=sys.stderr, flush=True)
+
+
+@functools.cache
+def _sweep(folder):
+    """Drop machine code of functions that are no more, and what earlier versions of rigsim kept in numba's way."""
+    for path in folder.glob("[!.]*"):
+        module, _, function = path.name.partition("-")[0].rpartition(".")
+        source = _PACKAGE / f"{module.replace('.', '/')}.py"
+        if not (source.is_file() and f"def {function}(" in source.read_text(encoding="utf-8")):
+            path.unlink(missing_ok=True)
+    for path in _PACKAGE.rglob("__pycache__/*.nb[ic]"):
+        path.unlink(missing_ok=True)
+
+
+@functools.cache
+def _names(code):
+    """Names of globals that a code object reads."""
+    return tuple(step.argval for step in dis.get_instructions(code) if step.opname in ("LOAD_GLOBAL", "LOAD_NAME"))
+
+
+def _feed(digest, value, seen):
+    """Put into the digest all of a value that compiled code depends on: of a function, also what it can reach."""
+    value = getattr(value, "py_func", value)
+    if isinstance(value, types.FunctionType):
+        known = value in seen
+        digest.update(b"function %d " % seen.setdefault(value, len(seen)))
+        if known:
+            return
+        names = [name for code in _codes(value.__code__) for name in _names(code) if name in value.__globals__]
+        cells = tuple(cell.cell_contents for cell in value.__closure__ or ())
+        _feed(digest, (value.__code__, value.__defaults__, cells), seen)
+        for name in names:
+            found = value.__globals__[name]
+            if isinstance(found, types.ModuleType) and found.__name__.startswith(f"{__package__}."):
+                used = [name for code in _codes(value.__code__) for name in code.co_names if hasattr(found, name)]
+                _feed(digest, tuple(getattr(found, name) for name in used), seen)
+            else:
+                _feed(digest, found, seen)
+    elif isinstance(value, types.CodeType):
+        _feed(digest, (value.co_code, value.co_names, value.co_varnames, value.co_freevars, value.co_consts), seen)
+    elif isinstance(value, tuple):
+        digest.update(b"tuple %d " % len(value))
+        for part in value:
+            _feed(digest, part, seen)
+    elif isinstance(value, types.ModuleType):
+        digest.update(value.__name__.encode())
+    else:
+        digest.update(pickle.dumps(value, protocol=4))
+
+
+def _codes(code):
+    """A code object and those inside it."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _codes(constant)
