@@ -156,7 +156,7 @@ def public_things():
             yield from ((f"{name}.{inner}", getattr(value, inner)) for inner in value.__all__)
 
 
-@pytest.mark.parametrize(("name", "public"), public_things())
+@pytest.mark.parametrize(("name", "public"), list(public_things()))
 def test_every_argument_is_documented(name, public):
     assert inspect.getdoc(public), f"{name} has no docstring"
     if inspect.isfunction(public):

@@ -128,8 +128,9 @@ def passes_on(path, node):
 
 @cache
 def used():
-    """Every name that the package, the notebooks or the README make use of."""
-    bodies = [node for path in MODULES for node in tree(path).body if not passes_on(path, node)] + told()
+    """Every name that the package, what times it, the notebooks or the README make use of."""
+    paths = MODULES + [path for path in TESTS if "benchmarks" in path.parts]
+    bodies = [node for path in paths for node in tree(path).body if not passes_on(path, node)] + told()
     return {name for body in bodies for node in ast.walk(body) for name in spoken(node)}
 
 
@@ -148,7 +149,7 @@ def defined(path):
 
 @pytest.mark.parametrize("path", MODULES, ids=str)
 def test_every_name_is_used(path):
-    """By the package, a notebook or the README; a test alone keeps nothing alive."""
+    """A test alone keeps nothing alive."""
     ours = {name for name in defined(path) if not re.fullmatch(r"__\w+__|_repr_\w+_|_HOME", name)}
     unused = ours - used() - set(rigsim.__all__)
     assert not unused
