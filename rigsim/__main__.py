@@ -127,7 +127,7 @@ def _test(args, rest):
     pytest = [sys.executable, "-m", "pytest", f"--color={'yes' if sys.stdout.isatty() else 'no'}"]
     full = ["--full"] if args.full else []
     nbval = ["--nbval-lax", "--nbval-current-env", "--nbval-cell-timeout=300", "-x"]
-    settings = _child_settings()
+    settings = dict(os.environ)
     settings.setdefault("MPLBACKEND", "agg")
     # Two jobs side by side on few cores: more threads inside each would only slow both down.
     settings.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -219,7 +219,7 @@ def _bench(args, rest):
 
 def _call(command, folder):
     """Run a command to its end and return its exit status; Ctrl-C is the command's own affair."""
-    process = subprocess.Popen(command, cwd=folder, env=_child_settings())
+    process = subprocess.Popen(command, cwd=folder)
     try:
         while True:
             try:
@@ -230,13 +230,6 @@ def _call(command, folder):
         if process.poll() is None:
             process.terminate()
             process.wait()
-
-
-def _child_settings():
-    """Environment variables of child processes: rigsim can be imported from every folder."""
-    settings = dict(os.environ)
-    settings["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), settings.get("PYTHONPATH")]))
-    return settings
 
 
 if __name__ == "__main__":
