@@ -102,7 +102,7 @@ class ResultSequence(Result, Sequence):
     table.
     """
 
-    members = ()
+    members: tuple
 
     def __getitem__(self, index):
         return self.members[index]

@@ -8,17 +8,18 @@ again in exact integers.
 import math
 
 import numpy as np
-from numba import njit
 
 from .. import checks
-from ..parameters import oscillator_of
-from ..theory.levels import LOWER, arrange, enclosed_breakpoints, exact_breakpoints, levels, passed
+from ..compiled import compiled, inlinable
+from ..parameters import Nondimensional, oscillator_of
+from ..theory.levels import LOWER, arrange, levels, passed
+from .enclosures import breakpoints
 
 KINDS = ("inner", "outer")
 _SAME = 1.0 + 1e-13  # levels nearer than that are one
 
 
-@njit(cache=True, nogil=True)
+@inlinable
 def _count(minus, plus, windows, gamma, kind):
     """Number of intervals whose two folds are both lower (kind 0, inner) or both upper (kind 1, outer)."""
     folds = passed(minus, plus, windows, gamma)
@@ -29,7 +30,7 @@ def _count(minus, plus, windows, gamma, kind):
     return count
 
 
-@njit(cache=True, nogil=True)
+@inlinable
 def _spans(minus, plus, windows, kind):
     """Ranges of gamma (n, 2), ascending, where a curve of a kind exists.
 
@@ -59,7 +60,7 @@ def _spans(minus, plus, windows, kind):
     return spans[:count]
 
 
-@njit(cache=True, nogil=True)
+@inlinable
 def _distance(spans, gamma):
     """Signed distance of ln(force) from the nearest end of the spans: positive inside, -infinity without spans."""
     outside = math.inf
@@ -71,23 +72,24 @@ def _distance(spans, gamma):
     return -0.5 * outside
 
 
-@njit(cache=True, nogil=True)
-def _judge(X, minus, plus, windows, gamma, counts, distances):
+@inlinable
+def _judge(minus, plus, windows, gamma, counts, distances):
     for kind in range(2):
         counts[kind] = _count(minus, plus, windows, gamma, kind)
         distances[kind] = _distance(_spans(minus, plus, windows, kind), gamma)
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _judge_all(sets, counts, distances, doubtful):
     for i in range(sets.shape[0]):
         mu, zeta_s, zeta, Omega0, gamma = sets[i]
         if gamma == 0.0:
             continue
-        cusps, extrema, certain = enclosed_breakpoints(mu, zeta_s, zeta, Omega0)
+        cusps, extrema, certain = breakpoints(mu, zeta_s, zeta, Omega0)
         doubtful[i] = not certain
         if certain:
-            _judge(*arrange(mu, zeta_s, zeta, Omega0, cusps, extrema), gamma, counts[i], distances[i])
+            _, minus, plus, windows = arrange(mu, zeta_s, zeta, Omega0, cusps, extrema)
+            _judge(minus, plus, windows, gamma, counts[i], distances[i])
 
 
 def judge(sets):
@@ -111,8 +113,9 @@ def judge(sets):
     doubtful = np.zeros(len(sets), dtype=np.bool_)
     _judge_all(sets, counts, distances, doubtful)
     for i in np.flatnonzero(doubtful):
-        numbers = sets[i, :4].tolist()
-        _judge(*arrange(*numbers, *exact_breakpoints(*numbers)), sets[i, 4], counts[i], distances[i])
+        group = Nondimensional(*sets[i].tolist())
+        found = levels(group)
+        _judge(found.minus, found.plus, found.windows, group.gamma, counts[i], distances[i])
     return counts, distances
 
 

@@ -78,7 +78,7 @@ class FrequencyResponse(Result):
             (piece.kind, piece.closed, piece.frequency.min(), piece.frequency.max(), len(piece.folds))
             for piece in self.pieces
         ]
-        return pd.DataFrame(rows, columns=["piece", "closed", "from (Hz)", "to (Hz)", "folds"])
+        return pd.DataFrame(rows, columns=["piece", "closed", "from [Hz]", "to [Hz]", "folds"])
 
     def summary(self):
         low, high = self.frequency.min(), self.frequency.max()

@@ -13,12 +13,13 @@ two levels there are three solutions, one on each of the three monotonic stretch
 import math
 
 import numpy as np
-from numba import njit
+
+from ..compiled import compiled, inlinable
 
 _SQRT3 = math.sqrt(3.0)
 
 
-@njit(cache=True)
+@inlinable
 def dynamic_stiffness(mu, zeta_s, zeta, Omega0, X):
     """r, s and e of the module's text at X = Omega^2 (e above zero)."""
     Omega = math.sqrt(X)
@@ -29,7 +30,7 @@ def dynamic_stiffness(mu, zeta_s, zeta, Omega0, X):
     return r, s, e
 
 
-@njit(cache=True)
+@inlinable
 def fold_levels(r, s):
     """(rho_-, rho_+, U_-, U_+), the two extremes of the cubic's left side; for r <= -sqrt(3) s.
 
@@ -44,7 +45,7 @@ def fold_levels(r, s):
     return lower, upper, (-2.0 * r + root) / 3.0, modulus / (-2.0 * r + root)
 
 
-@njit(cache=True)
+@inlinable
 def _polish(U, low, high, rising, r, s, rho):
     """Newton's method from U on a stretch [low, high] where the cubic is monotonic, bisecting when it would leave."""
     U = min(max(U, low), high)
@@ -68,7 +69,7 @@ def _polish(U, low, high, rising, r, s, rho):
     return U
 
 
-@njit(cache=True)
+@inlinable
 def cubic_roots(r, s, rho):
     """(count, U of the low, middle and high solution), ascending, NaN padded.
 
@@ -103,7 +104,7 @@ def cubic_roots(r, s, rho):
     return 1, _polish(start, low, high, rising_from, r, s, rho) * unit, np.nan, np.nan
 
 
-@njit(cache=True)
+@compiled
 def solve(mu, zeta_s, zeta, Omega0, gamma, Omega):
     """All solutions U (n, 3), ascending, NaN padded, and their number (n,) at every Omega (n,)."""
     solutions = np.empty((Omega.size, 3))

@@ -7,12 +7,16 @@ passes by: an INNER detached curve. If the middle and high ones merge at both en
 ends are ordinary hysteresis of the main curve.
 """
 
+import functools
 import math
+import operator
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..parameters import oscillator_of
+from ..results import ResultSequence
 from .cubic import complex_amplitudes, dynamic_stiffness, fold_levels
 from .levels import LOWER, UPPER, crossing, crossings, levels
 
@@ -82,6 +86,149 @@ class ForceEvent:
         return f"ForceEvent({self.kind}, {self.force:.5g} N, {self.frequency:.4f} Hz)"
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class _AtForce(ResultSequence):
+    """What `Folds` and `DetachedCurves` share.
+
+    Attributes
+    ----------
+    members : tuple
+    parameters : RigParameters or OscillatorParameters
+    force : float
+        Amplitude (N).
+    """
+
+    members: tuple
+    parameters: object
+    force: float
+
+    plots = {"response": "detached_curves_figure"}
+
+    @functools.cached_property
+    def response(self):
+        """The `FrequencyResponse` over all folds, wherever they lie; without any, around the shaker's resonance."""
+        from .amplitude import frequency_response  # which is built on this module
+
+        places = jump_frequencies(self.parameters, self.force) or (self.parameters.oscillator.omega_s / (2 * np.pi),)
+        return frequency_response(self.parameters, self.force, np.linspace(0.5 * places[0], 1.2 * places[-1], 500))
+
+    def _counted(self, word):
+        kinds = [member.kind for member in self]
+        counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in sorted(set(kinds)))
+        return f"{word} at {self.force:g} N: {counts or 'none'}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Folds(_AtForce):
+    """Every `Fold` of the single-term response at a force, ascending in frequency; what `folds` returns."""
+
+    def summary(self):
+        """How many there are of each kind."""
+        return self._counted("Folds")
+
+    def table(self):
+        """`pandas.DataFrame` of the folds."""
+        import pandas as pd
+
+        rows = [(f.frequency, f.kind, *(1e3 * abs(u) for u in (f.shaker, f.mass, f.relative))) for f in self]
+        return pd.DataFrame(rows, columns=["frequency [Hz]", "kind", "|xs| [mm]", "|x| [mm]", "|z| [mm]"])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DetachedCurves(_AtForce):
+    """Every `DetachedCurve` at a force, ascending in frequency; what `detached_curves` returns."""
+
+    def summary(self):
+        """How many there are of each kind."""
+        return self._counted("Detached curves")
+
+    def table(self):
+        """`pandas.DataFrame` of the curves."""
+        import pandas as pd
+
+        rows = [(curve.kind, curve.low, curve.high) for curve in self]
+        return pd.DataFrame(rows, columns=["detached curve", "from [Hz]", "to [Hz]"])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ForceScenario(ResultSequence):
+    """Every `ForceEvent` of a rig, ascending in force; what `force_scenario` returns.
+
+    Attributes
+    ----------
+    members : tuple of ForceEvent
+    parameters : RigParameters or OscillatorParameters
+    """
+
+    members: tuple
+    parameters: object
+
+    plots = {"scenario": "force_scenario_figure", "surface": "response_surface_figure"}
+
+    def summary(self):
+        """How many events, and over which forces."""
+        if not self.members:
+            return "Nothing happens at any force: there is no cubic stiffness"
+        return f"{len(self)} events as the force grows, from {self[0].force:.4g} to {self[-1].force:.4g} N"
+
+    def table(self):
+        """`pandas.DataFrame` of the events."""
+        import pandas as pd
+
+        rows = [(event.force, event.frequency, event.kind) for event in self]
+        return pd.DataFrame(rows, columns=["force [N]", "frequency [Hz]", "event"])
+
+    @functools.cached_property
+    def regions(self):
+        """Where there are three solutions, from half the first event's force to three times the last one's.
+
+        Tuple of (kind, forces (k,) in N, low (k,), high (k,) in Hz), each between two neighbouring events, where the
+        list of intervals is one; kinds are "inner", "outer" and "hysteresis".
+        """
+        if not self.members:
+            return ()
+        edges = [0.5 * self[0].force, *(event.force for event in self), 3 * self[-1].force]
+        # Denser at events, where regions end roundly; an event itself has no definite list of intervals.
+        share = np.clip(np.sin(np.linspace(0, np.pi / 2, 40)) ** 2, 1e-9, 1 - 1e-9)
+        regions = []
+        for low, high in zip(edges, edges[1:], strict=False):
+            forces = low * (high / low) ** share
+            lists = [_fold_places(self.parameters, force) for force in forces]
+            for i in range(0, len(lists[0]), 2):
+                ends = np.array([[places[i][0], places[i + 1][0]] for places in lists]).T
+                regions.append((interval_kind(lists[0][i][1], lists[0][i + 1][1]), forces, *ends))
+        return tuple(regions)
+
+    def surface(self, forces=(0.3, 7.0), band=(12.0, 65.0), *, force=3.18, quantity="relative", resolution=120):
+        """The response over frequency and force as one folded sheet; see `rigsim.theory.surface`.
+
+        Parameters
+        ----------
+        forces : (float, float)
+            Least and largest force amplitude (N, above zero).
+        band : (float, float)
+            Least and largest forcing frequency (Hz, above zero).
+        force : float
+            Force (N, within ``forces``) whose response lies on the sheet.
+        quantity : {"relative", "mass", "shaker"}
+            Whose amplitude is the height.
+        resolution : int
+            Columns of the sheet, and points of each layer in a column (8 to 2000).
+
+        Returns
+        -------
+        ResponseSurface
+
+        Raises
+        ------
+        ValueError
+            If an input is not allowed, or the spring has no cubic part.
+        """
+        from .surface import response_surface  # which is built on this module
+
+        return response_surface(self.parameters, forces, band, force, quantity, resolution)
+
+
 def interval_kind(left, right):
     """Kind of an interval of three solutions, "inner", "outer" or "hysteresis", from the kinds of its two folds."""
     if left != right:
@@ -93,7 +240,25 @@ def _double_solution(group, X, kind):
     """U of the two merging solutions at a fold at X = Omega^2."""
     r, s, _ = dynamic_stiffness(group.mu, group.zeta_s, group.zeta, group.Omega0, X)
     _, _, U_minus, U_plus = fold_levels(min(r, -math.sqrt(3) * s), s)
-    return U_plus if kind == LOWER else U_minus
+    return U_plus if kind == "lower" else U_minus
+
+
+def _fold_places(parameters, force, wanted=lambda left, right: True):
+    """(frequency in Hz, kind, X) of the folds of those intervals of three solutions whose kinds are ``wanted``."""
+    oscillator = oscillator_of(parameters)
+    group = oscillator.nondimensional(force)
+    if group.gamma == 0:
+        return []
+    found = levels(group)
+    passed = crossings(found, group.gamma)
+    places = []
+    for pair in zip(passed[::2], passed[1::2], strict=True):
+        kinds = [_FOLD_NAMES[kind] for _, kind in pair]
+        if wanted(*kinds):
+            X = [crossing(found, group.gamma, *one) for one in pair]
+            hertz = [math.sqrt(x) * oscillator.omega_s / (2 * math.pi) for x in X]
+            places += zip(hertz, kinds, X, strict=True)
+    return places
 
 
 def folds(parameters, force):
@@ -107,27 +272,24 @@ def folds(parameters, force):
 
     Returns
     -------
-    tuple of Fold
-        Ascending in frequency; two at a time they bound an interval with three solutions.
+    Folds
+        A sequence of `Fold`, ascending in frequency; two at a time they bound an interval with three solutions.
 
     Raises
     ------
     ValueError
         If an input is not allowed, or the shaker is undamped.
     """
-    oscillator = oscillator_of(parameters)
-    group = oscillator.nondimensional(force)
-    if group.gamma == 0:
-        return ()
-    found = levels(group)
-    passed = crossings(found, group.gamma)
-    X = np.array([crossing(found, group.gamma, segment, kind) for segment, kind in passed])
-    U = np.array([_double_solution(group, x, kind) for x, (_, kind) in zip(X, passed, strict=True)])
-    unit = force / oscillator.ks
-    motion = [(unit * values).tolist() for values in complex_amplitudes(group, np.sqrt(X), U)]
-    frequency = (np.sqrt(X) * oscillator.omega_s / (2 * np.pi)).tolist()
-    names = [_FOLD_NAMES[kind] for _, kind in passed]
-    return tuple(Fold(*values) for values in zip(frequency, names, *motion, strict=True))
+    places = _fold_places(parameters, force)
+    if not places:
+        return Folds((), parameters, float(force))
+    frequency, names, X = zip(*places, strict=True)
+    group = parameters.nondimensional(force)
+    U = [_double_solution(group, x, kind) for x, kind in zip(X, names, strict=True)]
+    unit = force / parameters.oscillator.ks
+    motion = [(unit * values).tolist() for values in complex_amplitudes(group, np.sqrt(X), np.array(U))]
+    members = tuple(Fold(*values) for values in zip(frequency, names, *motion, strict=True))
+    return Folds(members, parameters, float(force))
 
 
 def jump_frequencies(parameters, force):
@@ -149,7 +311,7 @@ def jump_frequencies(parameters, force):
     ValueError
         If an input is not allowed, or the shaker is undamped.
     """
-    return tuple(fold.frequency for fold in folds(parameters, force))
+    return tuple(frequency for frequency, _, _ in _fold_places(parameters, force))
 
 
 def detached_curves(parameters, force):
@@ -163,20 +325,18 @@ def detached_curves(parameters, force):
 
     Returns
     -------
-    tuple of DetachedCurve
-        Ascending in frequency.
+    DetachedCurves
+        A sequence of `DetachedCurve`, ascending in frequency.
 
     Raises
     ------
     ValueError
         If an input is not allowed, or the shaker is undamped.
     """
-    points = folds(parameters, force)
-    pairs = [
-        (interval_kind(a.kind, b.kind), a.frequency, b.frequency)
-        for a, b in zip(points[::2], points[1::2], strict=True)
-    ]
-    return tuple(DetachedCurve(*pair) for pair in pairs if pair[0] != "hysteresis")
+    places = _fold_places(parameters, force, wanted=operator.eq)
+    pairs = zip(places[::2], places[1::2], strict=True)
+    members = tuple(DetachedCurve(interval_kind(kind, kind), low, high) for (low, kind, _), (high, _, _) in pairs)
+    return DetachedCurves(members, parameters, float(force))
 
 
 def force_scenario(parameters):
@@ -192,8 +352,8 @@ def force_scenario(parameters):
 
     Returns
     -------
-    tuple of ForceEvent
-        Ascending in force; empty without cubic stiffness.
+    ForceScenario
+        A sequence of `ForceEvent`, ascending in force; empty without cubic stiffness.
 
     Raises
     ------
@@ -202,7 +362,7 @@ def force_scenario(parameters):
     """
     oscillator = oscillator_of(parameters)
     if oscillator.k3 == 0:
-        return ()
+        return ForceScenario((), parameters)
     group = oscillator.nondimensional(1.0)
     found = levels(group)
     places = sorted(
@@ -211,25 +371,26 @@ def force_scenario(parameters):
         for k, value in enumerate(values)
         if 0 < value < math.inf
     )
+    passed = functools.cache(lambda gamma: crossings(found, gamma))  # above one level is below the next
+    values = [value for value, _ in places]
     events = []
     for value, k in dict.fromkeys(places):  # the levels meet at a cusp: one place
-        below, above = _neighbours([level for level, _ in places], value)
-        before, after = _touching(crossings(found, below), k), _touching(crossings(found, above), k)
+        below, above = _neighbours(values, value)
+        before, after = _touching(passed(below), k), _touching(passed(above), k)
         if before != after:
             frequency = math.sqrt(found.X[k]) * oscillator.omega_s / (2 * math.pi)
             events.append(
                 ForceEvent(_event_name(before, after), math.sqrt(value / group.gamma), frequency, before, after)
             )
-    return tuple(events)
+    return ForceScenario(tuple(events), parameters)
 
 
 def _neighbours(values, value):
     """Levels half-way to the next different one below and above (geometrically)."""
-    below = [other for other in values if other < value * (1 - 1e-13)]
-    above = [other for other in values if other > value * (1 + 1e-13)]
+    below, above = bisect_left(values, value * (1 - 1e-13)), bisect_right(values, value * (1 + 1e-13))
     return (
-        math.sqrt(below[-1] * value) if below else 0.5 * value,
-        math.sqrt(above[0] * value) if above else 2 * value,
+        math.sqrt(values[below - 1] * value) if below else 0.5 * value,
+        math.sqrt(values[above] * value) if above < len(values) else 2 * value,
     )
 
 

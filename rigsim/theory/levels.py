@@ -13,20 +13,20 @@ Why no breakpoint is missed. Write P = e r, v = e s/(2 Omega) = zeta e + mu zeta
   resultant vanishes: 4 s {s (L s + 3 s')^2 + (3 r' + L r) [r (L s + 2 s') + s r']} = 0. Cleared of denominators,
   of s > 0 and of a factor e^2 that divides it, the bracket is a polynomial of degree 8 in X.
 
-Neither polynomial knows gamma. Their coefficients are enclosed in double-double (`rigsim.theory.enclosures`), and
-`rigsim.theory.isolation` finds all their positive roots; where rounding leaves a sign open, the coefficients are
-computed exactly, as integers, from the doubles of the parameters. A root that belongs to no extremum (its
+Neither polynomial knows gamma. Their coefficients are computed exactly, as integers, from the doubles of the
+parameters, and `rigsim.theory.isolation` finds all their positive roots. A root that belongs to no extremum (its
 common U is the other level's, or lies outside the windows) does no harm: a breakpoint too many leaves the levels
-monotonic in between.
+monotonic in between. All of it is plain Python, half a millisecond a set; `rigsim.design.count` does the same for
+sets by the thousand, compiled.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from . import enclosures
+from ..compiled import inlinable
 from .cubic import dynamic_stiffness, fold_levels
 from .isolation import positive_roots
 
@@ -41,19 +41,19 @@ class Levels:
     ----------
     numbers : tuple of float
         mu, zeta_s, zeta, Omega0.
-    X : (k,) array
+    X : (k,) tuple of float
         Breakpoints, ascending; 0 or infinity where a window is open there.
-    minus, plus : (k,) array
+    minus, plus : (k,) tuple of float
         gamma_- and gamma_+ there, equal at the ends of a window; 0 at X = 0, infinite at infinity.
-    windows : (w, 2) array of int
+    windows : tuple of (int, int)
         First and last breakpoint of each window.
     """
 
     numbers: tuple
-    X: np.ndarray
-    minus: np.ndarray
-    plus: np.ndarray
-    windows: np.ndarray
+    X: tuple
+    minus: tuple
+    plus: tuple
+    windows: tuple
 
 
 def _product(*factors):
@@ -115,7 +115,7 @@ def polynomials(mu, zeta_s, zeta, Omega0):
     return cusp, _quotient(_quotient(both, e, 2 * bits), e, 2 * bits)
 
 
-@njit(cache=True)
+@inlinable
 def level(mu, zeta_s, zeta, Omega0, X, kind):
     """gamma_+ (kind LOWER) or gamma_- (kind UPPER) at X inside a window, or on its edge up to rounding."""
     r, s, e = dynamic_stiffness(mu, zeta_s, zeta, Omega0, X)
@@ -123,71 +123,33 @@ def level(mu, zeta_s, zeta, Omega0, X, kind):
     return 4.0 / 3.0 * e / (X * X) * (rho_plus if kind == LOWER else rho_minus)
 
 
-@njit(cache=True)
-def _crossing(mu, zeta_s, zeta, Omega0, gamma, kind, left, right, rising):
-    """X in (left, right) where a monotonic level passes gamma, by bisection down to neighbouring doubles."""
-    if right == math.inf:
-        right = 2.0 * max(left, 1.0)
-        while (level(mu, zeta_s, zeta, Omega0, right, kind) > gamma) != rising:
-            left, right = right, 2.0 * right
-    if left == 0.0:
-        left = 0.5 * right
-        while (level(mu, zeta_s, zeta, Omega0, left, kind) > gamma) == rising:
-            left, right = 0.5 * left, left
-    while True:
-        middle = 0.5 * (left + right)
-        if not left < middle < right:
-            return middle
-        if (level(mu, zeta_s, zeta, Omega0, middle, kind) > gamma) == rising:
-            right = middle
-        else:
-            left = middle
-
-
-@njit(cache=True)
-def enclosed_breakpoints(mu, zeta_s, zeta, Omega0):
-    """(cusps, extrema, whether they are certain), ascending in X, from enclosed coefficients."""
-    cusp, extremum = enclosures.polynomials(mu, zeta_s, zeta, Omega0)
-    cusps, certain = enclosures.positive_roots(cusp)
-    if not certain:
-        return cusps, cusps, False
-    extrema, certain = enclosures.positive_roots(extremum)
-    return cusps, extrema, certain
-
-
-def exact_breakpoints(mu, zeta_s, zeta, Omega0):
-    """(cusps, extrema), ascending in X, from integer coefficients."""
-    cusp, extremum = polynomials(mu, zeta_s, zeta, Omega0)
-    return positive_roots(cusp), positive_roots(extremum)
-
-
-@njit(cache=True)
+@inlinable
 def _level_or_limit(mu, zeta_s, zeta, Omega0, X, kind):
     return X if X == 0.0 or X == math.inf else level(mu, zeta_s, zeta, Omega0, X, kind)
 
 
-@njit(cache=True)
+@inlinable
 def arrange(mu, zeta_s, zeta, Omega0, cusps, extrema):
     """X, gamma_-, gamma_+ at the breakpoints (k,), and first and last breakpoint of each window (w, 2)."""
-    room = 2 * cusps.size + 2 + extrema.size
+    room = 2 * len(cusps) + 2 + len(extrema)
     X, minus, plus = np.empty(room), np.empty(room), np.empty(room)
-    windows = np.empty((cusps.size + 1, 2), dtype=np.int64)
+    windows = np.empty((len(cusps) + 1, 2), dtype=np.int64)
     used, number, place = 0, 0, 0
-    for i in range(cusps.size + 1):
+    for i in range(len(cusps) + 1):
         left = cusps[i - 1] if i > 0 else 0.0
-        right = cusps[i] if i < cusps.size else math.inf
+        right = cusps[i] if i < len(cusps) else math.inf
         r, s, _ = dynamic_stiffness(
             mu, zeta_s, zeta, Omega0, 0.5 * (left + right) if right < math.inf else 1 + 2 * left
         )
         if not r < -math.sqrt(3.0) * s:
             continue
-        while place < extrema.size and extrema[place] <= left:
+        while place < len(extrema) and extrema[place] <= left:
             place += 1
         windows[number, 0] = used
         X[used] = left
         minus[used] = plus[used] = _level_or_limit(mu, zeta_s, zeta, Omega0, left, LOWER)  # they meet at a cusp
         used += 1
-        while place < extrema.size and extrema[place] < right:
+        while place < len(extrema) and extrema[place] < right:
             X[used] = extrema[place]
             minus[used] = level(mu, zeta_s, zeta, Omega0, extrema[place], UPPER)
             plus[used] = level(mu, zeta_s, zeta, Omega0, extrema[place], LOWER)
@@ -209,16 +171,21 @@ def levels(group):
     ValueError
         If the shaker is undamped: solutions are then without bound near 1/sqrt(1 + mu), and folds are not isolated.
     """
-    numbers = group.mu, group.zeta_s, group.zeta, group.Omega0
     if group.zeta_s == 0:
         raise ValueError("cs = 0 N s/m is not allowed here; expected a damped shaker, for else solutions have no bound")
-    cusps, extrema, certain = enclosed_breakpoints(*numbers)
-    if not certain:
-        cusps, extrema = exact_breakpoints(*numbers)
-    return Levels(numbers, *arrange(*numbers, cusps, extrema))
+    return _levels(group.mu, group.zeta_s, group.zeta, group.Omega0)
 
 
-@njit(cache=True)
+@functools.lru_cache(maxsize=256)  # a rig is asked at one force after another
+def _levels(*numbers):
+    cusps, extrema = map(positive_roots, polynomials(*numbers))
+    X, minus, plus, windows = arrange(*numbers, cusps, extrema)
+    return Levels(
+        numbers, *(tuple(values.tolist()) for values in (X, minus, plus)), tuple(map(tuple, windows.tolist()))
+    )
+
+
+@inlinable
 def passed(minus, plus, windows, gamma):
     """Folds at gamma, ascending in frequency: (n, 2) segments and kinds, two of them to an interval of three solutions.
 
@@ -226,9 +193,9 @@ def passed(minus, plus, windows, gamma):
     above both; in between each monotonic level is passed at most once. So comparing with the breakpoints decides
     every fold, and no root has to be found.
     """
-    found = np.empty((2 * minus.size, 2), dtype=np.int64)
+    found = np.empty((2 * len(minus), 2), dtype=np.int64)
     count = 0
-    for window in range(windows.shape[0]):
+    for window in range(len(windows)):
         start, stop = windows[window]
         before = int(gamma > minus[start]) + int(gamma >= plus[start])
         for k in range(start, stop):
@@ -249,7 +216,43 @@ def crossings(levels, gamma):
 
 
 def crossing(levels, gamma, segment, kind):
-    """X of one of the `crossings`."""
+    """X of one of the `crossings`, where a monotonic level passes gamma: Chandrupatla's method, to 4e-16."""
     values = levels.plus if kind == LOWER else levels.minus
-    rising = bool(values[segment] <= gamma)
-    return _crossing(*levels.numbers, gamma, kind, levels.X[segment], levels.X[segment + 1], rising)
+    rising = values[segment] <= gamma
+
+    def height(X):
+        """ln(level/gamma), turned so that it rises."""
+        value = math.log(level(*levels.numbers, X, kind) / gamma)
+        return value if rising else -value
+
+    left, right = levels.X[segment], levels.X[segment + 1]
+    if right == math.inf:
+        right = 2.0 * max(left, 1.0)
+        while height(right) <= 0:
+            left, right = right, 2.0 * right
+    if left == 0.0:
+        left = 0.5 * right
+        while height(left) > 0:
+            left, right = 0.5 * left, left
+    # The level passes gamma between them, also where rounding at a breakpoint would say otherwise.
+    near, far, at_near, at_far = left, right, min(height(left), -1e-300), max(height(right), 1e-300)
+    share = 0.5
+    while True:
+        X = near + share * (far - near)
+        value = height(X)
+        if (value > 0) == (at_near > 0):
+            last, at_last = near, at_near
+        else:
+            last, at_last, far, at_far = far, at_far, near, at_near
+        near, at_near = X, value
+        least = 4e-16 * X / abs(far - near) if far != near else 1.0
+        if value == 0 or least > 0.5:
+            return X
+        # Through the last three places, if the inverse is single-valued there; else halve.
+        x, y = (near - far) / (last - far), (at_near - at_far) / (at_last - at_far)
+        share = 0.5
+        if 1 - math.sqrt(1 - x) < y < math.sqrt(x):
+            share = at_near / (at_far - at_near) * at_last / (at_far - at_last) + (last - near) / (
+                far - near
+            ) * at_near / (at_last - at_near) * at_far / (at_last - at_far)
+        share = min(max(share, least), 1 - least)

@@ -8,7 +8,7 @@ import numpy as np
 from ..parameters import OscillatorParameters
 from .cubic import complex_amplitudes, solve
 from .detached import folds, interval_kind
-from .floquet import is_stable, orbit_multipliers
+from .floquet import is_stable, orbit_multipliers, runs_of
 
 _MERGING = {"lower": (0, 1), "upper": (1, 2)}  # solutions that meet at a fold
 _DETACHED = {"inner": (0, 1), "outer": (1, 2), "hysteresis": ()}  # solutions that form a detached curve
@@ -51,6 +51,11 @@ class Piece:
     def stable(self):
         """(k,) bool: stability by Floquet multipliers about the single-term orbits; see `FrequencyResponse`."""
         return is_stable(orbit_multipliers(self.parameters, self.force, self.frequency, self.relative))
+
+    @cached_property
+    def runs(self):
+        """Tuple of (slice, bool): the `runs_of` equal stability along the curve."""
+        return runs_of(self.stable)
 
 
 @dataclass(frozen=True, eq=False)

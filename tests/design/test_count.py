@@ -74,9 +74,9 @@ def test_doubtful_sets_are_decided_by_integers(monkeypatch):
     sets[1, 3] = 0.0  # no linear stiffness
     usual = judge(sets)
     calls = []
-    exact = module.exact_breakpoints
+    exact = module.levels
     monkeypatch.setattr(module, "_judge_all", lambda sets, counts, distances, doubtful: doubtful.fill(True))
-    monkeypatch.setattr(module, "exact_breakpoints", lambda *numbers: calls.append(numbers) or exact(*numbers))
+    monkeypatch.setattr(module, "levels", lambda group: calls.append(group) or exact(group))
     again = judge(sets)
     assert len(calls) == len(sets)
     np.testing.assert_array_equal(usual[0], again[0])

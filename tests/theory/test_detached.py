@@ -1,13 +1,20 @@
 """Folds, detached curves and the force scenario against certified roots of the discriminant of Eq. (5a)."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import rigsim
 from rigsim.parameters import OscillatorParameters, RigParameters
 from rigsim.theory.amplitude import frequency_response
 from rigsim.theory.detached import detached_curves, folds, force_scenario, jump_frequencies
 
 from .exact_folds import exact_folds, fold_polynomial
+
+ROOT = Path(rigsim.__file__).parents[1]
 
 
 def random_sets(count, seed):
@@ -122,7 +129,9 @@ def test_folds_are_double_solutions_of_the_response():
 
 def test_without_cubic_stiffness_there_is_nothing():
     linear = RigParameters().oscillator.replace(k3=0.0)
-    assert folds(linear, 1.0) == detached_curves(linear, 1.0) == force_scenario(linear) == ()
+    assert len(folds(linear, 1.0)) == len(detached_curves(linear, 1.0)) == len(force_scenario(linear)) == 0
+    assert jump_frequencies(linear, 1.0) == force_scenario(linear).regions == ()
+    assert repr(detached_curves(linear, 1.0)) == "Detached curves at 1 N: none"
 
 
 def test_an_undamped_shaker_is_refused_by_name():
@@ -130,3 +139,36 @@ def test_an_undamped_shaker_is_refused_by_name():
         detached_curves(RigParameters().oscillator.replace(cs=0.0), 1.0)
     with pytest.raises(ValueError, match="force = -1 N"):
         folds(RigParameters(), -1.0)
+
+
+def test_results_are_sequences_that_print_as_tables_and_know_their_settings():
+    rig = RigParameters()
+    curves, points, scenario = detached_curves(rig, 3.18), folds(rig, 3.18), force_scenario(rig)
+    assert curves.parameters is rig and points.force == 3.18 and scenario.parameters is rig
+    assert [len(found) for found in (curves, points, scenario)] == [1, 4, 7]
+    assert "from [Hz]" in repr(curves) and "20.47" in repr(curves) and "20.47" in curves._repr_html_()
+    assert points.table()["frequency [Hz]"].tolist() == list(jump_frequencies(rig, 3.18))
+    np.testing.assert_allclose(points.table()["|z| [mm]"], [1e3 * abs(fold.relative) for fold in points])
+    assert scenario.table()["event"].tolist() == [event.kind for event in scenario]
+    assert points.summary() == "Folds at 3.18 N: 3 lower, 1 upper" and scenario[0].kind == "hysteresis birth"
+
+
+def test_regions_of_a_scenario_are_bounded_by_folds():
+    scenario = force_scenario(RigParameters())
+    forces = [event.force for event in scenario]
+    for kind, levels, low, high in scenario.regions:
+        between = [sum(event < force for event in forces) for force in levels]
+        assert len(set(between)) == 1 and kind in ("inner", "outer", "hysteresis")
+        middle = levels.size // 2
+        places = jump_frequencies(RigParameters(), levels[middle])
+        assert (low[middle], high[middle]) in list(zip(places[::2], places[1::2], strict=True))
+
+
+def test_one_set_needs_no_compiled_code():
+    """Nor tables, nor SciPy: a first answer takes little longer than loading NumPy."""
+    code = """import sys, rigsim
+rig = rigsim.RigParameters()
+rigsim.detached_curves(rig, 3.18), rigsim.folds(rig, 3.18), rigsim.force_scenario(rig), rigsim.jump_frequencies(rig, 3)
+print(*{"numba", "scipy", "pandas", "tqdm"} & set(sys.modules))"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert not done.stdout.split()

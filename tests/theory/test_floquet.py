@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 
 from rigsim.parameters import OscillatorParameters, RigParameters
 from rigsim.theory.amplitude import frequency_response
+from rigsim.theory.floquet import runs_of
 
 
 def _monodromy(oscillator, frequency, relative):
@@ -51,3 +52,12 @@ def test_the_product_of_the_multipliers_is_liouvilles(mu, zeta_s, zeta, Omega0, 
         # The smallest multipliers carry the rounding of the largest.
         tolerance = 1e-9 * max(1.0, abs(values[0])) * max(1.0, abs(values[:3]).prod())
         assert abs(values.prod() - expected) <= 1e-9 * expected + tolerance
+
+
+def test_runs_of_equal_stability_meet_at_the_first_point_of_the_next():
+    assert runs_of(np.array([True, True, False, True, True])) == (
+        (slice(0, 3), True),
+        (slice(2, 4), False),
+        (slice(3, 6), True),
+    )
+    assert runs_of(np.array([False])) == ((slice(0, 2), False),)

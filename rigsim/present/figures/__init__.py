@@ -12,7 +12,7 @@ from .identification import (
 from .orbits import harmonics_figure, orbits_figure
 from .readings import readings_figure
 from .record import record_figure
-from .response import force_scenario_figure, frequency_response_figure
+from .response import detached_curves_figure, force_scenario_figure, frequency_response_figure
 from .rig import modes_figure, rig_figure, rigs_figure, statics_figure, wire_law_figure
 from .subharmonics import subharmonics_figure
 from .surface import response_surface_figure
@@ -23,6 +23,7 @@ __all__ = [
     "tap_map_figure",
     "branches_figure",
     "design_figure",
+    "detached_curves_figure",
     "distortion_figure",
     "existence_chart_figure",
     "force_scenario_figure",

@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.registry import BackendFilter, backend_registry
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 # Okabe and Ito's colours survive colour blindness; line style and marker carry the meaning in grey print.
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW, BLACK = (
@@ -98,6 +99,15 @@ def style():
     """Apply the house style inside a ``with`` block; global settings stay as they were."""
     with matplotlib.rc_context(_RC):
         yield
+
+
+def log_scale(axes, ticks=(1,), which="y"):
+    """A logarithmic x or y axis with plain numbers at ``ticks`` of each decade."""
+    axes.set(**{f"{which}scale": "log"})
+    axis = getattr(axes, f"{which}axis")
+    axis.set_major_locator(LogLocator(subs=ticks))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def subplots(rows=1, columns=1, *, alt, ax=None, width=7.5, height=None, **options):

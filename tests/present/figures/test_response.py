@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from rigsim.parameters import RigParameters
-from rigsim.present.figures.response import force_scenario_figure, frequency_response_figure
 from rigsim.present.figures.style import style, subplots
 from rigsim.theory.amplitude import frequency_response
-from rigsim.theory.detached import force_scenario
+from rigsim.theory.detached import detached_curves, folds, force_scenario
 
 
 @pytest.fixture(scope="module")
@@ -18,9 +17,9 @@ def response():
 def test_three_panels_with_units_and_every_point_of_every_piece(response):
     figure = response.plot()
     assert len(figure.axes) == 3 and "inner detached curve from 20.5 to 53.7 hertz" in figure.alt
-    assert figure.axes[2].get_xlabel() == "frequency (Hz)"
+    assert figure.axes[2].get_xlabel() == "frequency [Hz]"
     for ax, name in zip(figure.axes, ("shaker", "mass", "relative"), strict=True):
-        assert ax.get_ylabel() == "amplitude (mm)" and ax.get_yscale() == "log"
+        assert ax.get_ylabel() == "amplitude [mm]" and ax.get_yscale() == "log"
         drawn = np.concatenate([line.get_xydata() for line in ax.lines if line.get_linestyle() in ("-", "--")])
         for piece in response.pieces:
             points = np.column_stack([piece.frequency, 1e3 * abs(getattr(piece, name))])
@@ -34,15 +33,37 @@ def test_a_second_response_and_circles_go_into_the_callers_axes(response):
     circles = (response.frequency, *(values[:, 0] for values in (response.shaker, response.mass, response.relative)))
     with style():
         figure, axes = subplots(3, 1, alt="test")
-    assert frequency_response_figure(response, beside=other, beside_label="other", circles=circles, axes=axes) is figure
+    assert response.plot(beside=other, beside_label="other", circles=circles, ax=axes) is figure
     (rig,) = [line for line in axes[1].lines if line.get_label() == "multi-body rig"]
     np.testing.assert_allclose(rig.get_ydata(), 1e3 * abs(response.mass[:, 0]))
     assert any((line.get_label() or "").startswith("other") for line in axes[0].lines) and not figure.legends
+    assert axes[2].get_legend() and not axes[0].get_legend()
+    with pytest.raises(ValueError, match="ax has 2 elements; expected 3"):
+        response.plot(ax=axes[:2])
+
+
+@pytest.mark.parametrize("found", [detached_curves(RigParameters(), 3.18), folds(RigParameters(), 3.18)])
+def test_detached_curves_and_folds_show_the_response_around_them(found):
+    figure = found.plot(label="theory")
+    assert "inner detached curve from 20.5 to 53.7 hertz" in figure.alt
+    low, high = figure.axes[0].get_xlim()
+    assert low < 20.5 and high > 106.9
+    (diamonds,) = [line for line in figure.axes[2].lines if line.get_label() == "theory, folds"]
+    np.testing.assert_allclose(np.sort(diamonds.get_xdata()), [f.frequency for f in folds(RigParameters(), 3.18)])
+
+
+def test_without_a_detached_curve_the_response_is_shown_all_the_same():
+    found = detached_curves(RigParameters().oscillator.replace(k3=0.0), 3.18)
+    assert "none in this band" in found.plot().alt
 
 
 def test_the_ladder_names_every_event():
-    figure = force_scenario_figure(RigParameters(), force=3.18)
-    for event in force_scenario(RigParameters()):
+    scenario = force_scenario(RigParameters())
+    figure = scenario.plot(force=3.18)
+    for event in scenario:
         assert event.kind in figure.alt and event.kind in figure.axes[0].get_title(loc="left")
+    with style():
+        mine, axes = subplots(1, 1, alt="test")
+    assert scenario.plot(ax=axes) is mine and axes.get_ylabel() == "force amplitude [N]" and axes.get_legend()
     with pytest.raises(ValueError, match="k3 = 0"):
-        force_scenario_figure(RigParameters().oscillator.replace(k3=0.0))
+        force_scenario(RigParameters().oscillator.replace(k3=0.0)).plot()

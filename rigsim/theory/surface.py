@@ -1,0 +1,108 @@
+"""The single-term response over frequency and force: one folded sheet, with its fold lines.
+
+In the terms of `rigsim.theory.cubic`, a frequency and a relative amplitude U belong to the force at which
+(3/4) gamma X^2/e = U [(U + r)^2 + s^2]; so every column of the sheet runs over U, and nothing is solved but its ends.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import checks
+from ..parameters import oscillator_of
+from ..results import Result
+from .amplitude import FrequencyResponse, frequency_response
+from .cubic import complex_amplitudes, dynamic_stiffness, fold_levels, solve
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ResponseSurface(Result):
+    """Amplitude over frequency and force; what `ForceScenario.surface` returns.
+
+    Attributes
+    ----------
+    forces, band : (float, float)
+        What it covers (N, Hz).
+    quantity : str
+        "relative", "mass" or "shaker".
+    frequency : (n,) array
+        Of its columns (Hz).
+    layers : tuple of three (force, amplitude), (n, k) arrays each
+        Low, middle and high solutions (N, mm); NaN where a column has no such layer within the forces.
+    lines : tuple of two (force, amplitude), (n,) arrays each
+        The fold lines: where low and middle solutions meet (gamma_+), where middle and high ones do (gamma_-).
+    response : FrequencyResponse
+        Its section at one force.
+    """
+
+    forces: tuple
+    band: tuple
+    quantity: str
+    frequency: np.ndarray
+    layers: tuple
+    lines: tuple
+    response: FrequencyResponse
+
+
+def response_surface(parameters, forces, band, force, quantity, resolution):
+    """The `ResponseSurface` of `ForceScenario.surface`, which see."""
+    oscillator = oscillator_of(parameters)
+    forces = _span("forces", forces, "N")
+    band = _span("band", band, "Hz")
+    force = checks.real("force", force, "N", low=forces[0], high=forces[1])
+    checks.one_of("quantity", quantity, ("relative", "mass", "shaker"))
+    resolution = checks.integer("resolution", resolution, low=8, high=2000)
+    checks.positive("k3", oscillator.k3, "N/m^3")
+    checks.positive("cs", oscillator.cs, "N s/m")
+    frequency = np.linspace(*band, resolution)
+    layers, lines = _sheet(oscillator, frequency, forces, quantity, resolution)
+    response = frequency_response(oscillator, force, np.linspace(*band, 4 * resolution))
+    return ResponseSurface(forces, band, quantity, frequency, layers, lines, response)
+
+
+def _span(name, values, unit):
+    low, high = checks.array(name, values, unit, low=0.0, low_open=True, min_size=2)[:2]
+    if len(values) != 2 or not low < high:
+        raise ValueError(f"{name} = {tuple(values)} is not allowed; expected two numbers, ascending")
+    return float(low), float(high)
+
+
+def _sheet(oscillator, frequency, forces, quantity, points):
+    """Layers, low, middle and high, as (force, amplitude in mm), (n, points) each; lines gamma_+ and gamma_-, (n,).
+
+    Where a column has no folds its inflection parts the low layer from the high one, and the middle one is empty.
+    """
+    group = oscillator.nondimensional(forces[0])
+    Omega = 2 * np.pi * frequency / oscillator.omega_s
+    X = Omega**2
+    numbers = group.mu, group.zeta_s, group.zeta, group.Omega0
+    r, s, e = np.array([dynamic_stiffness(*numbers, x) for x in X]).T
+    folded = r < -np.sqrt(3) * s
+    deepest = np.minimum(r, -np.sqrt(3) * s)  # where there are levels at all
+    U_minus, U_plus = np.array([fold_levels(*pair)[2:] for pair in zip(deepest, s, strict=True)]).T
+    U_minus[~folded] = U_plus[~folded] = np.maximum(-2 * r[~folded] / 3, 0)
+
+    def on_sheet(U):
+        """Force and amplitude of the solutions U (n, k)."""
+        gamma = 4 / 3 * (e / X**2)[:, None] * U * ((U + r[:, None]) ** 2 + s[:, None] ** 2)
+        force = oscillator.ks * np.sqrt(gamma * group.mu * oscillator.ks / oscillator.k3)
+        amplitudes = complex_amplitudes(group, Omega[:, None], U)
+        lines = dict(zip(("shaker", "mass", "relative"), amplitudes, strict=True))
+        return force, 1e3 * force / oscillator.ks * abs(lines[quantity])
+
+    ends = []  # of the three layers, at the least force and at the largest
+    for force in forces:
+        U, count = solve(*numbers, oscillator.nondimensional(force).gamma, Omega)
+        only = np.where(U[:, 0] < U_plus, U_minus, U_plus)
+        middle = np.where(count == 3, U[:, 1], only)
+        ends.append((np.minimum(U[:, 0], U_plus), middle, np.maximum(np.nanmax(U, axis=1), U_minus)))
+    layers = []
+    for first, last in zip(*ends, strict=True):
+        U = np.linspace(first, last, points, axis=1)
+        U[first == last] = np.nan  # wholly outside the forces
+        layers.append(on_sheet(U))
+    lines = []
+    for U in (U_plus, U_minus):
+        force, amplitude = on_sheet(np.where(folded, U, np.nan)[:, None])
+        lines.append((force[:, 0], amplitude[:, 0]))
+    return tuple(layers), tuple(lines)
