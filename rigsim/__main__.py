@@ -157,7 +157,7 @@ def _bench(args):
 
 def _call(command, folder, defaults=None):
     """Run a command to its end and return its exit status; Ctrl-C is the command's own affair."""
-    process = subprocess.Popen(command, cwd=folder, env={**(defaults or {}), **_child_settings()})
+    process = subprocess.Popen(command, cwd=folder, env={**(defaults or {}), **os.environ})
     try:
         while True:
             try:
@@ -168,13 +168,6 @@ def _call(command, folder, defaults=None):
         if process.poll() is None:
             process.terminate()
             process.wait()
-
-
-def _child_settings():
-    """Environment variables of child processes: rigsim can be imported from every folder."""
-    settings = dict(os.environ)
-    settings["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), settings.get("PYTHONPATH")]))
-    return settings
 
 
 if __name__ == "__main__":

@@ -7,9 +7,12 @@ import signal
 import socket
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
+import nbformat
 import pytest
+from nbformat.v4 import new_code_cell, new_notebook
 
 from rigsim import __main__ as commands
 from rigsim import environment
@@ -221,6 +224,54 @@ def test_own_environment(tree):
     (tree / "rigsim" / "present").mkdir()
     (tree / "rigsim" / "present" / "report.py").write_text("import no_such_package\n")
     one_line(run(tree, "report", **{environment.VARIABLE: "current"}), "no_such_package", "environment.txt")
+
+
+@pytest.mark.parametrize("own", ["", "current"])
+@pytest.mark.parametrize("other", ["rigsim.py", "rigsim/__init__.py"])
+def test_another_rigsim_on_the_path_is_not_run(tree, tmp_path, own, other):
+    place = tmp_path / "other" / other
+    place.parent.mkdir(parents=True)
+    place.write_text("raise SystemExit('the other rigsim')\n")
+    (tree / "tests" / "benchmarks" / "run.py").write_text("import rigsim\nprint(rigsim.__file__)\n")
+    done = run(tree, "bench", PYTHONPATH=str(tmp_path / "other"), **{environment.VARIABLE: own})
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == [str(tree / "rigsim" / "__init__.py")]
+    (tree / "notebooks").mkdir()
+    shutil.copy(place, tree / "notebooks" / "rigsim.py")
+    one_line(run(tree, "bench", **{environment.VARIABLE: own}), "notebooks/rigsim.py hides the rigsim of", "rename")
+
+
+_WHERE = """\
+from concurrent.futures import ProcessPoolExecutor
+from importlib.util import find_spec
+from multiprocessing import get_context
+import rigsim
+with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+    places = {rigsim.__file__, pool.submit(find_spec, "rigsim").result().origin}
+assert places == {%r}, places
+"""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("report", "01", "--output", "pages"), ("test", "--nbval-lax", "--nbval-current-env", "notebooks", "tests")],
+    ids=lambda arguments: arguments[0],
+)
+def test_kernels_workers_and_tests_are_this_clones(tmp_path, arguments):
+    """In an environment where another clone is installed, with a third on the path."""
+    root = tmp_path / "clone"
+    shutil.copytree(ROOT / "rigsim", root / "rigsim", ignore=shutil.ignore_patterns("__pycache__"))
+    where = _WHERE % str(root / "rigsim" / "__init__.py")
+    (root / "notebooks").mkdir()
+    nbformat.write(new_notebook(cells=[new_code_cell(where)]), root / "notebooks" / "01_where.ipynb")
+    (root / "tests").mkdir()
+    (root / "tests" / "test_where.py").write_text(f"def test_where():\n{textwrap.indent(where, '    ')}")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "rigsim.py").write_text("raise SystemExit('the other rigsim')\n")
+    settings = {**os.environ, "PYTHONPATH": str(tmp_path / "other"), environment.VARIABLE: "current"}
+    command = [sys.executable, "-m", "rigsim", *arguments]
+    done = subprocess.run(command, cwd=root, env=settings, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_installed_copy_says_that_it_needs_the_tree(tree):
