@@ -6,13 +6,14 @@ from functools import cached_property
 import numpy as np
 
 from . import checks
+from .results import Result
 
 
 def _quantity(unit, meaning, **options):
     return field(metadata={"unit": unit, "meaning": meaning}, **options)
 
 
-class _Table:
+class _Table(Result):
     """Replacing and tabulating, shared by the parameter sets."""
 
     def replace(self, **changes):
@@ -166,6 +167,8 @@ class RigParameters(_Table):
     rocking_damping: float = _quantity("N m s/rad", "damping of the tilt rate", default=0.0)
     tension_only: bool = _quantity("", "whether slack wires let go instead of pushing", default=False)
 
+    plots = {"rig": "rig_figure", "wire law": "wire_law_figure"}
+
     def __post_init__(self):
         self._check(
             ms=_POSITIVE,
@@ -261,6 +264,13 @@ class RigParameters(_Table):
         first, second = self.wire_stiffness.reshape(2, 4)
         stiffness = 2 * self.k if np.ndim(self.k) == 0 else tuple((first + second).tolist())
         return self.replace(wire_sets=1, set_half_spacing=None, k=stiffness)
+
+    def double_set(self):
+        """The rig of Fig. 2: two sets as far apart as can be, wires half as stiff as one set's, so k1 and k3 stay."""
+        if self.wire_sets == 2:
+            return self
+        stiffness = self.k / 2 if np.ndim(self.k) == 0 else tuple(np.tile(self.wire_stiffness / 2, 2).tolist())
+        return self.replace(wire_sets=2, k=stiffness)
 
 
 def oscillator_of(parameters):

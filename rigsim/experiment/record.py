@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import checks, parameters
 from ..results import Result
+from .lines import strongest_line
 
 HOLDS = ("zero", "linear", "band-limited")
 UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad"}
@@ -127,6 +128,62 @@ class Record(Result):
         channels = self.channels | {"relative": self.relative}
         rows = [(name, c.std(), c.mean(), abs(c).max(), UNITS.get(name, "m")) for name, c in channels.items()]
         return pd.DataFrame(rows, columns=["channel", "rms", "mean", "largest", "unit"]).set_index("channel")
+
+    def spectrum(self, channel, frequency):
+        """Amplitudes of a channel's lines under a Hann window, its mean taken away.
+
+        The window is the end of the record, as many times six periods of the force as it holds (or as many periods,
+        where it holds fewer), so that lines at f, f/2 and f/3 fall on points of the spectrum and keep their heights.
+
+        Parameters
+        ----------
+        channel : str
+            One of `channels`, or "relative".
+        frequency : float
+            Of the force (Hz).
+
+        Returns
+        -------
+        frequency, amplitude : ndarray, shape (n,)
+            Hz, and zero to peak in the channel's unit.
+
+        Raises
+        ------
+        ValueError
+            If there is no such channel, or the record holds no whole period.
+        """
+        signal, f = self._signal(channel), checks.real("frequency", frequency, "Hz", low=1 / self.duration)
+        periods = int((signal.size + 0.5) / self.sample_rate * f)
+        part = signal[-round((periods - periods % 6 or periods) / f * self.sample_rate) :]
+        window = np.hanning(part.size + 1)[:-1]
+        lines = np.fft.rfft((part - part.mean()) * window)
+        return np.fft.rfftfreq(part.size, 1 / self.sample_rate), 2 * np.abs(lines) / window.sum()
+
+    def strongest_line(self, channel, band):
+        """Frequency (Hz) and amplitude (zero to peak) of the strongest single sine of a channel.
+
+        Parameters
+        ----------
+        channel : str
+            One of `channels`, or "relative".
+        band : pair of float
+            Where to look (Hz).
+
+        Returns
+        -------
+        tuple of float
+            The amplitude is 0 where the band holds no frequency.
+
+        Raises
+        ------
+        ValueError
+            If there is no such channel.
+        """
+        return strongest_line(self.time, self._signal(channel), band)
+
+    def _signal(self, channel):
+        signals = self.channels | {"relative": self.relative}
+        return signals[checks.one_of("channel", channel, tuple(signals))]
 
     def save(self, path):
         """Write the record, whole or not at all; the suffix chooses the format.

@@ -10,7 +10,7 @@ from ..experiment.record import HOLDS, Record
 from ..model.modes import Modes, largest_to_one
 from ..model.oscillator import oscillator_modes
 from ..parameters import OscillatorParameters
-from ..results import Result
+from ..results import Result, Status
 from . import nsi, physical
 from .receptance import RationalFraction, fit_rational_fraction
 from .refine import refine_state_space
@@ -62,8 +62,10 @@ class Identification(Result):
         What the force did between samples, and how H_E was read.
     nominal : OscillatorParameters or None
         What the record says was tested.
-    status : str
-        "identified", or what is to be distrusted and why.
+    status : Status
+        Identified or doubtful.
+    message : str
+        What is to be distrusted, and why; empty where nothing is.
     """
 
     singular_values: np.ndarray
@@ -82,7 +84,8 @@ class Identification(Result):
     hold: str
     conversion: str
     nominal: OscillatorParameters | None
-    status: str
+    status: Status
+    message: str
 
     plots = {
         "identification": "identification_figure",
@@ -101,14 +104,15 @@ class Identification(Result):
     def summary(self):
         pairs = zip(self.modes.frequency, self.modes.damping, strict=True)
         modes = ", ".join(f"{frequency:.4f} Hz ({damping:.4f})" for frequency, damping in pairs)
-        return f'Identification ("{self.conversion}"): modes {modes}; k3 = {self.k3:.5g} N/m^3; {self.status}'
+        told = f"{self.status}: {self.message}" if self.message else self.status
+        return f'Identification ("{self.conversion}"): modes {modes}; k3 = {self.k3:.5g} N/m^3; {told}'
 
     def table(self):
-        """`pandas.DataFrame` of the parameters, with nominal value and error (%) where known."""
+        """`pandas.DataFrame` of the parameters, with nominal value and error [%] where known."""
         table = self.parameters.table()
         if self.nominal is not None:
             table.insert(1, "nominal", self.nominal.table()["value"])
-            table.insert(2, "error (%)", 100 * (table["value"] / table["nominal"] - 1))
+            table.insert(2, "error [%]", 100 * (table["value"] / table["nominal"] - 1))
         return table
 
 
@@ -190,6 +194,7 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
         doubts.append(
             f"{100 * folded:.2g} % of z^3 in the band is folded from above half the sample rate: sample faster"
         )
+    doubts = _doubts(values, unexplained, doubts)
     h11, h21, h22 = fraction(frequency).T
     return Identification(
         singular_values=singular_values,
@@ -208,7 +213,8 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
         hold=record.hold,
         conversion=conversion,
         nominal=None if record.parameters is None else record.parameters.oscillator,
-        status=_status(values, unexplained, doubts),
+        status=Status.DOUBTFUL if doubts else Status.IDENTIFIED,
+        message="; ".join(doubts),
     )
 
 
@@ -342,7 +348,8 @@ def _reading_doubts(hold, model, weight, frequency, values, misfit, unexplained)
     return [*doubts, hint]
 
 
-def _status(values, unexplained, doubts):
+def _doubts(values, unexplained, doubts):
+    """The doubts of the reading, with those that model and fit raise themselves."""
     doubts = [
         f"the model leaves {100 * share:.2g} % of {name} unexplained"
         for name, share in zip(("shaker", "mass"), unexplained, strict=True)
@@ -353,4 +360,4 @@ def _status(values, unexplained, doubts):
     at_bound = [name for name, value in zip(physical.NAMES[:6], values[:6], strict=True) if value <= 0]
     if at_bound:
         doubts.append(f"the fit ends at the bound 0 of {', '.join(at_bound)}")
-    return "; ".join(doubts) or "identified"
+    return doubts

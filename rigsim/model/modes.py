@@ -23,12 +23,17 @@ class Modes(Result):
         Row i is the shape of mode i over the coordinates, largest entry 1.
     names : tuple of str
         What each mode mostly moves.
+    about : StaticEquilibrium or None
+        The equilibrium of the rig that they are about, where it is one's: `plot` draws them on it.
     """
 
     frequency: np.ndarray
     damping: np.ndarray
     shape: np.ndarray
     names: tuple
+    about: object = None
+
+    plots = {"shapes": "modes_figure"}
 
     def summary(self):
         """One line with every mode."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import checks
 from ..compiled import compiled
 from ..parameters import RigParameters
 from ..results import Result
@@ -150,6 +151,7 @@ class StaticEquilibrium(Result):
 
     Attributes
     ----------
+    parameters : RigParameters
     tilt : float
         Counter-clockwise (rad).
     sag : float
@@ -158,13 +160,63 @@ class StaticEquilibrium(Result):
         xs, X, Y (m) and tilt (rad).
     """
 
+    parameters: RigParameters
     tilt: float
     sag: float
     coordinates: np.ndarray
 
+    plots = {"rig": "rig_figure", "statics": "statics_figure"}
+
     def summary(self):
         """One line with tilt and sag."""
         return f"StaticEquilibrium: tilt {np.degrees(self.tilt):.4f} deg, P {1e6 * self.sag:.3f} um down"
+
+    def sweep(self, points=25):
+        """How rigs like this one hang, on one wire set and on two, over their wires' stretch and their mass's offset.
+
+        Parameters
+        ----------
+        points : int
+            Rigs a sweep.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row a rig: "over" (None for the rig itself, "stretch" d - d0, "offset" LG), "sets", "value [m]",
+            "tilt [deg]" without its sign, and the "lower [Hz]" and "upper [Hz]" of the two frequencies at which the
+            mass rocks and bounces; NaN where there is no stable equilibrium or the rig cannot be built.
+
+        Raises
+        ------
+        ValueError
+            If ``points`` is not a whole number of at least 2.
+        """
+        import pandas as pd
+
+        p, points = self.parameters, checks.integer("points", points, low=2)
+        changes = [(None, np.nan, {})]
+        lowest = min(0.1, (p.d - p.d0) / 3e-6 or 0.1)
+        changes += [("stretch", s, {"d0": p.d - s}) for s in np.geomspace(lowest, 33, points) * 3e-6]
+        changes += [("offset", LG, {"LG": LG}) for LG in np.linspace(p.Lm / 100, 0.45 * p.Lm, points)]
+        rows = [
+            (over, rig.wire_sets, value, *_hangs(rig, change))
+            for rig in (p.single_set(), p.double_set())
+            for over, value, change in changes
+        ]
+        return pd.DataFrame(rows, columns=["over", "sets", "value [m]", "tilt [deg]", "lower [Hz]", "upper [Hz]"])
+
+
+def _hangs(parameters, changes):
+    """Tilt (deg), and the two frequencies at which the mass rocks and bounces (Hz), NaN where there is none."""
+    tilt, pair = np.nan, (np.nan, np.nan)
+    try:
+        parameters = parameters.replace(**changes)
+        tilt = abs(np.degrees(static_equilibrium(parameters).tilt))
+        modes = linear_modes(parameters)
+        pair = modes.frequency[[name in ("rocking", "bounce") for name in modes.names]]
+    except ValueError:
+        pass  # no such rig, no equilibrium, or a mode that does not oscillate
+    return tilt, *pair
 
 
 def static_equilibrium(parameters):
@@ -202,7 +254,7 @@ def static_equilibrium(parameters):
                 f"takes the mass past its wires' reach: tilt {np.degrees(q[3]):.3g} deg, sag {sag:.3g} m at {load:.0%} "
                 f"of the load; expected a tilt below {np.degrees(reach):.3g} deg, a sag below d = {parameters.d:g} m"
             )
-    return StaticEquilibrium(float(q[3]), float(sag), q)
+    return StaticEquilibrium(parameters, float(q[3]), float(sag), q)
 
 
 def largest_tilt(parameters):
@@ -264,7 +316,8 @@ def linear_modes(parameters):
         If there is no stable equilibrium, or a mode is overdamped.
     """
     rigs, wires = pack([parameters])
-    q = static_equilibrium(parameters).coordinates
+    about = static_equilibrium(parameters)
+    q = about.coordinates
     stiffness, damping = np.empty((4, 4)), np.empty((4, 4))
     tangent_stiffness(q, rigs[0], wires[0], stiffness)
     damping_matrix(q, rigs[0], wires[0], damping)
@@ -273,7 +326,7 @@ def linear_modes(parameters):
     about_P[1:3, 3] = parameters.LG * np.array([-np.sin(q[3]), np.cos(q[3])])
     matrices = (about_P.T @ matrix @ about_P for matrix in (mass_matrix(parameters), damping, stiffness))
     modes = modes_of(*matrices, names=COORDINATES)
-    return replace(modes, shape=largest_to_one(modes.shape @ about_P.T))
+    return replace(modes, shape=largest_to_one(modes.shape @ about_P.T), about=about)
 
 
 def longest_step(parameters):

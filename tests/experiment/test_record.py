@@ -190,3 +190,27 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
         small(sample_rate=1).save(path)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == [path.name]
+
+
+def test_spectrum_gives_lines_their_heights():
+    time = np.arange(4001) / 4000
+    for f in (30.0, 17.0):
+        signal = 3 + 2 * np.cos(2 * np.pi * f * time + 1) + 0.5 * np.sin(2 * np.pi * f / 3 * time)
+        frequency, amplitude = Record(signal, signal, 0 * signal, 4000.0).spectrum("relative", f)
+        for line, height in ((f, 2), (f / 3, 0.5)):
+            nearest = abs(frequency - line).argmin()
+            assert frequency[nearest] == pytest.approx(line, rel=1e-3)
+            assert amplitude[nearest] == pytest.approx(height, rel=0.002)
+        assert amplitude[abs(frequency - f / 2).argmin()] < 1e-3
+        assert amplitude[0] < 1e-3, "the mean is no line"
+
+
+def test_strongest_line_of_a_channel():
+    time = np.arange(2000) / 1000
+    record = Record(time, 3 * np.cos(2 * np.pi * 20.3 * time), 2 * np.cos(2 * np.pi * 20.3 * time), 1000.0)
+    assert record.strongest_line("relative", (5, 60)) == pytest.approx((20.3, 1.0), rel=1e-3)
+    assert record.strongest_line("mass", (5, 60))[1] == pytest.approx(2.0, rel=1e-3)
+    with pytest.raises(ValueError, match="channel = 'tilt'"):
+        record.strongest_line("tilt", (5, 60))
+    with pytest.raises(ValueError, match="frequency = 0.1 Hz"):
+        record.spectrum("mass", 0.1)

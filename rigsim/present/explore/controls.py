@@ -1,7 +1,6 @@
 """Sliders with their units in words, and the rig that a panel's settings describe."""
 
 import ipywidgets
-import numpy as np
 
 from ...parameters import RigParameters
 
@@ -27,17 +26,17 @@ def choice(description, options, value):
 
 def force_slider(force):
     """Amplitude of the force (N)."""
-    return slider("force F (N)", force, 0.05, 8.0, 0.01, 2)
+    return slider("force F [N]", force, 0.05, 8.0, 0.01, 2)
 
 
 def stretch_slider(parameters, **options):
     """Stretch of the wires (µm), which sets their tension k (d - d0)."""
-    return slider("wire stretch d − d0 (µm)", 1e6 * (parameters.d - parameters.d0), 0.0, 30.0, 0.1, 1, **options)
+    return slider("wire stretch d − d0 [µm]", 1e6 * (parameters.d - parameters.d0), 0.0, 30.0, 0.1, 1, **options)
 
 
 def offset_slider(parameters, **options):
     """Offset LG of the centre of mass from P (mm)."""
-    return slider("mass offset LG (mm)", 1e3 * parameters.LG, -11.0, 11.0, 0.125, 3, **options)
+    return slider("mass offset LG [mm]", 1e3 * parameters.LG, -11.0, 11.0, 0.125, 3, **options)
 
 
 def sets_choice(parameters):
@@ -62,14 +61,4 @@ def with_stretch(parameters, stretch):
 
 def with_sets(parameters, sets):
     """The rig on one wire set or two, at the same k1 and k3."""
-    if sets == parameters.wire_sets:
-        return parameters
-    if sets == 1:
-        return parameters.single_set()
-    half = parameters.k / 2 if np.ndim(parameters.k) == 0 else (*(parameters.wire_stiffness / 2),) * 2
-    return parameters.replace(wire_sets=2, k=half)
-
-
-def sets_in_words(parameters):
-    """How many sets the rig hangs on."""
-    return "one wire set" if parameters.wire_sets == 1 else "two wire sets"
+    return parameters.single_set() if sets == 1 else parameters.double_set()

@@ -2,11 +2,10 @@
 
 import numpy as np
 from matplotlib.collections import PolyCollection
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from ...theory.amplitude import frequency_response
 from ...theory.detached import detached_curves, folds
-from ..figures.style import BLUE, GREY, ORANGE, PURPLE, STABLE, UNSTABLE
+from ..figures.style import BLUE, GREY, ORANGE, PURPLE, STABLE, UNSTABLE, log_scale
 
 BAND = (5.0, 80.0)  # Hz
 _FREQUENCIES = np.linspace(*BAND, 301)  # curves pass through their folds whatever the grid
@@ -32,10 +31,8 @@ class ResponseCurve:
         (self.stable,) = axes.plot([], [], color=BLUE, animated=True, label="stable", **STABLE)
         (self.unstable,) = axes.plot([], [], color=BLUE, animated=True, label="unstable", **UNSTABLE)
         (self.folds,) = axes.plot([], [], "D", color=BLUE, markersize=4.5, animated=True, label="folds")
-        axes.set(xlim=BAND, ylim=(0.003, 20.0), yscale="log", xlabel="frequency (Hz)", ylabel="amplitude (mm)")
-        axes.yaxis.set_major_locator(LogLocator(subs=(1,)))
-        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        log_scale(axes)
+        axes.set(xlim=BAND, ylim=(0.003, 20.0), xlabel="frequency [Hz]", ylabel="amplitude [mm]")
         self._first = None
 
     def show(self, parameters, force, quantity="relative"):
@@ -49,9 +46,9 @@ class ResponseCurve:
         pieces = frequency_response(parameters, force, _FREQUENCIES).pieces
         words = response_in_words(parameters, force)
         self._first = pieces if self._first is None else self._first
-        self.before.set_data(*_joined(self._first, quantity, lambda piece: np.full(piece.frequency.size, True)))
-        self.stable.set_data(*_joined(pieces, quantity, lambda piece: piece.stable))
-        self.unstable.set_data(*_joined(pieces, quantity, lambda piece: ~piece.stable))
+        self.before.set_data(*_joined(self._first, quantity))
+        self.stable.set_data(*_joined(pieces, quantity, True))
+        self.unstable.set_data(*_joined(pieces, quantity, False))
         points = [fold for piece in pieces for fold in piece.folds]
         self.folds.set_data([p.frequency for p in points], [1e3 * abs(getattr(p, quantity)) for p in points])
         for kind, shade in self.shades.items():
@@ -60,14 +57,14 @@ class ResponseCurve:
         return words
 
 
-def _joined(pieces, quantity, wanted):
-    """Frequencies and amplitudes (mm) of the pieces where ``wanted``, with NaN between them and elsewhere."""
-    frequency, amplitude = [], []
+def _joined(pieces, quantity, stable=None):
+    """Frequencies and amplitudes (mm) of the pieces, or of their stable or unstable runs, with NaN between them."""
+    frequency, amplitude = [[np.nan]], [[np.nan]]
     for piece in pieces:
-        keep = wanted(piece)
-        keep = keep | np.append(False, keep[:-1])  # up to the next point, so that the line has no gaps
-        frequency += [piece.frequency, [np.nan]]
-        amplitude += [np.where(keep, 1e3 * np.abs(getattr(piece, quantity)), np.nan), [np.nan]]
+        height = 1e3 * np.abs(getattr(piece, quantity))
+        for run in [run for run, kind in piece.runs if kind == stable] if stable is not None else [slice(None)]:
+            frequency += [piece.frequency[run], [np.nan]]
+            amplitude += [height[run], [np.nan]]
     return np.concatenate(frequency), np.concatenate(amplitude)
 
 

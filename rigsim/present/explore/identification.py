@@ -7,13 +7,12 @@ import numpy as np
 
 from ...experiment.random_test import random_test
 from ...identification.identify import identify
-from ..figures.rig import only_rigs
+from ..figures.rig_parts import SETS, only_rigs
 from ..figures.style import BLACK, BLUE, GREY, ORANGE, style, subplots
 from .controls import (
     PAPERS_RIG,
     reset_label,
     sets_choice,
-    sets_in_words,
     slider,
     stretch_slider,
     with_sets,
@@ -51,11 +50,11 @@ def identification_panel(parameters=PAPERS_RIG, rms=1.115, duration=30.0, seed=2
     """
     only_rigs([parameters])
     controls = {
-        "rms": slider("force (N rms)", rms, 0.05, 4.0, 0.005, 3),
+        "rms": slider("force [N rms]", rms, 0.05, 4.0, 0.005, 3),
         "stretch": stretch_slider(parameters),
         "sets": sets_choice(parameters),
-        "noise": slider("noise on xs and x (% rms)", 0.0, 0.0, 5.0, 0.05, 2),
-        "duration": slider("test for (s)", duration, 10.0, 100.0, 5.0, 0),
+        "noise": slider("noise on xs and x [% rms]", 0.0, 0.0, 5.0, 0.05, 2),
+        "duration": slider("test for [s]", duration, 10.0, 100.0, 5.0, 0),
     }
     with style():
         figure, axes = subplots(alt="Identified nonlinear coefficient over frequency", width=7.6, height=3.6)
@@ -63,8 +62,8 @@ def identification_panel(parameters=PAPERS_RIG, rms=1.115, duration=30.0, seed=2
         (estimate,) = axes.plot([], [], color=BLUE, label="this test")
         fitted = axes.axhline(np.nan, color=ORANGE, linestyle="--", label="fitted k3")
         true = axes.axhline(parameters.k3, color=BLACK, linestyle=":", label="true k3")
-        axes.set(xlim=(2, 80), ylim=(0.9 * parameters.k3, 1.1 * parameters.k3), xlabel="frequency (Hz)")
-        axes.set_ylabel("Re $k_3$ (N/m$^3$)")
+        axes.set(xlim=(2, 80), ylim=(0.9 * parameters.k3, 1.1 * parameters.k3), xlabel="frequency [Hz]")
+        axes.set_ylabel("Re $k_3$ [N/m$^3$]")
         figure.legend(loc="outside upper center", ncols=4)
 
     def settings(stretch, sets):
@@ -73,7 +72,7 @@ def identification_panel(parameters=PAPERS_RIG, rms=1.115, duration=30.0, seed=2
     def update(rms, stretch, sets, noise, duration):
         rig = settings(stretch, sets)
         return (
-            f"{sets_in_words(rig).capitalize()}, {rms:.3f} N rms for {duration:.0f} s, {noise:g} % noise: "
+            f"{SETS[rig.wire_sets].capitalize()}, {rms:.3f} N rms for {duration:.0f} s, {noise:g} % noise: "
             "press <b>Test and identify</b>."
         )
 
@@ -111,9 +110,10 @@ def _with_noise(record, share, seed):
 def _words(result, rig, rms, noise):
     modes = " and ".join(f"{f:.4g} Hz" for f in result.modes.frequency)
     table = result.table().drop(columns="meaning").rename_axis(None)
-    table["error (%)"] = table["error (%)"].map("{:.2g}".format)
+    table["error [%]"] = table["error [%]"].map("{:.2g}".format)
     table = table.to_html(float_format="{:.5g}".format, border=0)
+    verdict = escape(result.message or str(result.status))
     return (
-        f"{sets_in_words(rig).capitalize()}, {rms:.3f} N rms, {noise:g} % noise: modes at {modes}, "
-        f"<b>k3 off by {100 * (result.k3 / rig.k3 - 1):.2g} %</b>; {escape(result.status)}.{table}"
+        f"{SETS[rig.wire_sets].capitalize()}, {rms:.3f} N rms, {noise:g} % noise: modes at {modes}, "
+        f"<b>k3 off by {100 * (result.k3 / rig.k3 - 1):.2g} %</b>; {verdict}.{table}"
     )

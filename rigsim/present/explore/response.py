@@ -1,6 +1,6 @@
 """Panel: the frequency response and its detached curves, over force, wire tension, mass and damping."""
 
-from ..figures.rig import only_rigs
+from ..figures.rig_parts import only_rigs
 from ..figures.style import style, subplots
 from .controls import PAPERS_RIG, choice, force_slider, reset_label, slider, stretch_slider, with_stretch
 from .curve import ResponseCurve
@@ -35,8 +35,8 @@ def response_panel(parameters=PAPERS_RIG, force=3.18, quantity="relative"):
     controls = {
         "force": force_slider(force),
         "stretch": stretch_slider(parameters),
-        "mass": slider("suspended mass m (g)", 1e3 * parameters.m, 0.5, 20.0, 0.1, 1),
-        "damping": slider("axial damping c (N s/m)", parameters.c, 0.0, 0.2, 0.001, 3),
+        "mass": slider("suspended mass m [g]", 1e3 * parameters.m, 0.5, 20.0, 0.1, 1),
+        "damping": slider("axial damping c [N s/m]", parameters.c, 0.0, 0.2, 0.001, 3),
         "quantity": choice("displacement", _QUANTITIES, quantity),
     }
     with style():

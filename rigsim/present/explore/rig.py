@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...model.planar import linear_modes, static_equilibrium
-from ..figures.rig import only_rigs, rig_parts
+from ..figures.rig_parts import SETS, only_rigs, rig_parts
 from ..figures.style import BLACK, BLUE, GREY, RED, SKY, style, subplots
 from .controls import (
     PAPERS_RIG,
@@ -11,7 +11,6 @@ from .controls import (
     offset_slider,
     reset_label,
     sets_choice,
-    sets_in_words,
     slider,
     stretch_slider,
     widest_half_spacing,
@@ -68,8 +67,8 @@ def rig_panel(parameters=PAPERS_RIG, exaggeration=10):
         "sets": sets_choice(parameters),
         "stretch": stretch_slider(parameters),
         "offset": offset_slider(parameters),
-        "spacing": slider("set spacing (% of widest)", share, 0.0, 100.0, 1.0, 0),
-        "gravity": slider("gravity (m/s²)", parameters.gravity, 0.0, 20.0, 0.01, 2),
+        "spacing": slider("set spacing [% of widest]", share, 0.0, 100.0, 1.0, 0),
+        "gravity": slider("gravity [m/s²]", parameters.gravity, 0.0, 20.0, 0.01, 2),
         "exaggeration": choice("tilt drawn", [(f"× {n}", n) for n in (1, 10, 100, 1000)], exaggeration),
     }
     with style():
@@ -102,7 +101,7 @@ def _fix_axes(axes, parameters):
     far = parameters.replace(LG=0.45 * parameters.Lm, set_half_spacing=None)
     x, y = 1e3 * rig_parts(far, [0.0, far.LG, 0.0, 0.0])["ground"].T
     axes.set(
-        xlabel="x (mm)", ylabel="y (mm)", aspect="equal",
+        xlabel="x [mm]", ylabel="y [mm]", aspect="equal",
         xlim=(np.nanmin(x) - 2, np.nanmax(x) + 2), ylim=(np.nanmin(y) - 8, -np.nanmin(y) + 2),
     )  # fmt: skip
     axes.grid(False)
@@ -116,7 +115,7 @@ def _words(rig, at, modes):
     turn = "clockwise" if at.tilt < 0 else "counter-clockwise"
     inside = _TEST_BAND[0] <= rocking <= _TEST_BAND[1]
     return (
-        f"On {sets_in_words(rig)}{apart}, tension {tension:.3g} N a wire, the mass <b>tilts by "
+        f"On {SETS[rig.wire_sets]}{apart}, tension {tension:.3g} N a wire, the mass <b>tilts by "
         f"{np.degrees(abs(at.tilt)):.3g}°</b> {turn} and P hangs {1e6 * at.sag:.3g} µm low. Modes: {listed}. "
         f"The rocking mode lies {'<b>inside</b>' if inside else 'outside'} the paper's test, 10 to 80 Hz."
     )

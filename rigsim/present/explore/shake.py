@@ -7,11 +7,10 @@ import numpy as np
 
 from ...experiment.sine_test import sine_test
 from ...model.excitation import Tap
-from ...paper.virtual_experiment import overlay, trial_name
+from ...paper.virtual_experiment import BRANCHES, overlay, trial_name
 from ...results import Status
-from ..figures.experiment import amplitude_spectrum
-from ..figures.rig import only_rigs
-from ..figures.style import BLACK, GREY, ORANGE, RED, style, subplots
+from ..figures.rig_parts import SETS, only_rigs
+from ..figures.style import BLACK, GREY, MOTIONS, ORANGE, style, subplots
 from .controls import (
     PAPERS_RIG,
     choice,
@@ -19,7 +18,6 @@ from .controls import (
     offset_slider,
     reset_label,
     sets_choice,
-    sets_in_words,
     slider,
     stretch_slider,
     with_sets,
@@ -28,7 +26,7 @@ from .controls import (
 from .curve import BAND, ResponseCurve
 from .live import LivePanel
 
-_Circle = namedtuple("_Circle", "rig force frequency amplitude settled")
+_Circle = namedtuple("_Circle", "rig force frequency amplitude branch")
 _HIGHEST = 4.0  # the spectrum ends at this multiple of the force's frequency
 
 
@@ -55,11 +53,11 @@ def shake_panel(parameters=PAPERS_RIG, force=3.18, frequency=30.0):
     """
     only_rigs([parameters])
     controls = {
-        "frequency": slider("frequency f (Hz)", frequency, *BAND, 0.1, 1),
+        "frequency": slider("frequency f [Hz]", frequency, *BAND, 0.1, 1),
         "force": force_slider(force),
         "sets": sets_choice(parameters),
         "stretch": stretch_slider(parameters),
-        "tap": slider("tap at 1 s (m/s, 0: none)", 0.0, -2.0, 2.0, 0.05, 2),
+        "tap": slider("tap at 1 s [m/s, 0: none]", 0.0, -2.0, 2.0, 0.05, 2),
         "offset": offset_slider(parameters),
         "duration": choice("shake for", [("3 s", 3.0), ("6 s", 6.0)], 3.0),
     }
@@ -85,7 +83,7 @@ def shake_panel(parameters=PAPERS_RIG, force=3.18, frequency=30.0):
         test = sine_test(rig, force, frequency, Tap(tap) if tap else None, duration, progress=report)
         branch = overlay(rig, test).branch[0][0]
         amplitude = 1e3 * abs(test.relative[0])
-        circles.append(_Circle(rig, force, frequency, amplitude, test.status[0] == Status.SETTLED))
+        circles.append(_Circle(rig, force, frequency, amplitude, branch))
         words = picture.theory.show(rig, force)
         picture.place(circles, rig, force, frequency)
         picture.spectrum(test)
@@ -105,11 +103,14 @@ class _ShakePicture:
                                transform=left.get_xaxis_transform())  # fmt: skip
         look = {"linestyle": "none", "animated": True, "zorder": 3}
         (self.other,) = left.plot([], [], "o", color="#A0A0A0", markerfacecolor="none", **look, label="other settings")
-        (self.unsettled,) = left.plot([], [], "x", color=RED, markersize=7, **look, label="rig: not settled")
-        (self.settled,) = left.plot([], [], "o", color=BLACK, markerfacecolor="none", **look, label="rig: settled")
-        (self.last,) = left.plot([], [], "o", color=ORANGE, markersize=4, **look, label="last test")
+        self.settled = {
+            name: left.plot([], [], "o", color=MOTIONS[name], markerfacecolor="none", **look, label=f"rig: {name}")[0]
+            for name in (*BRANCHES, "only", "elsewhere")
+        }
+        (self.unsettled,) = left.plot([], [], "x", color=BLACK, markersize=7, **look, label="rig: not settled")
+        (self.last,) = left.plot([], [], "o", color=BLACK, markersize=4, **look, label="last test")
         self.right = right
-        right.set(yscale="log", xlim=(0, 120), ylim=(1e-6, 10), xlabel="frequency (Hz)", ylabel="amplitude (mm)")
+        right.set(yscale="log", xlim=(0, 120), ylim=(1e-6, 10), xlabel="frequency [Hz]", ylabel="amplitude [mm]")
         right.set_title("spectrum of z, last second")
         (self.lines,) = right.plot([], [], color=BLACK, linewidth=0.9)
         self.marks = [
@@ -119,15 +120,15 @@ class _ShakePicture:
         right.legend(loc="upper right")
 
     def place(self, circles, rig, force, frequency):
-        """Circles of these settings in black, those of others grey."""
+        """Circles of these settings in the colour of their motion, those of others grey."""
         self.at.set_xdata([frequency] * 2)
         here = [circle.rig == rig and circle.force == force for circle in circles]
-        kinds = {
-            self.other: [circle for circle, same in zip(circles, here, strict=True) if not same],
-            self.settled: [circle for circle, same in zip(circles, here, strict=True) if same and circle.settled],
-            self.unsettled: [circle for circle, same in zip(circles, here, strict=True) if same and not circle.settled],
-            self.last: circles[-1:],
-        }
+        kinds = {self.other: [circle for circle, same in zip(circles, here, strict=True) if not same]}
+        kinds |= {artist: [] for artist in (*self.settled.values(), self.unsettled)}
+        for circle, same in zip(circles, here, strict=True):
+            if same:
+                kinds[self.settled.get(circle.branch, self.unsettled)].append(circle)
+        kinds[self.last] = circles[-1:]
         for artist, members in kinds.items():
             artist.set_data([circle.frequency for circle in members], [circle.amplitude for circle in members])
 
@@ -140,10 +141,10 @@ class _ShakePicture:
         if test.status[0] == Status.FLEW_APART:
             self.lines.set_data([], [])
             return
-        frequency, amplitude = amplitude_spectrum(record, 1e3 * record.relative, f)
+        frequency, amplitude = record.spectrum("relative", f)
         shown = frequency <= _HIGHEST * f
-        self.lines.set_data(frequency[shown], amplitude[shown])
-        self.right.set_ylim(1e-6 * amplitude.max(), 3 * amplitude.max())
+        self.lines.set_data(frequency[shown], 1e3 * amplitude[shown])
+        self.right.set_ylim(1e-3 * amplitude.max(), 3e3 * amplitude.max())
 
 
 def _words(test, branch, amplitude):
@@ -151,6 +152,6 @@ def _words(test, branch, amplitude):
     ended = names.get(branch, f"on the {branch} branch") if test.status[0] == Status.SETTLED else "on no branch"
     size = f"z {amplitude:.3g} mm, tilt up to {np.degrees(test.tilt[0]):.2g}°; " if np.isfinite(amplitude) else ""
     return (
-        f"{test.frequency[0]:.1f} Hz, {sets_in_words(test.parameters[0])}, {trial_name(test.tap[0])}: "
+        f"{test.frequency[0]:.1f} Hz, {SETS[test.parameters[0].wire_sets]}, {trial_name(test.tap[0])}: "
         f"<b>{test.status[0]}, {ended}</b>; {size}{escape(test.message[0])}."
     )

@@ -2,20 +2,25 @@
 
 from .basins import basins_figure, integrity_figure, tap_map_figure
 from .design import design_figure, existence_chart_figure, margins_figure, tolerance_study_figure
-from .experiment import branches_figure, distortion_figure, sine_test_figure, spectrum_figure
 from .identification import (
     identification_figure,
     nonlinear_coefficient_figure,
     receptance_figure,
     singular_value_figure,
 )
+from .modes import modes_figure
 from .orbits import harmonics_figure, orbits_figure
+from .overlay import branches_figure
 from .readings import readings_figure
 from .record import record_figure
 from .response import detached_curves_figure, force_scenario_figure, frequency_response_figure
-from .rig import modes_figure, rig_figure, rigs_figure, statics_figure, wire_law_figure
+from .rig import rig_figure
+from .sine_test import distortion_figure, sine_test_figure
+from .spectrum import spectrum_figure
+from .statics import statics_figure
 from .subharmonics import subharmonics_figure
 from .surface import response_surface_figure
+from .wire_law import wire_law_figure
 
 __all__ = [
     "basins_figure",
@@ -38,7 +43,6 @@ __all__ = [
     "record_figure",
     "response_surface_figure",
     "rig_figure",
-    "rigs_figure",
     "sine_test_figure",
     "singular_value_figure",
     "readings_figure",

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from .style import BLACK, BLUE, GREY, ORANGE, RED, style, subplots
+from .style import BLACK, BLUE, GREY, ORANGE, RED, outer_labels, style, subplots
 
 _ENTRIES = (("$H_{11}$", 0, 0), ("$H_{21}$", 1, 0), ("$H_{22}$", 1, 1))
 
 
-def nonlinear_coefficient_figure(identification):
+def nonlinear_coefficient_figure(identification, *, ax=None):
     """Real and imaginary part of k3(omega) with its mean, and the nominal value where known (the paper's Fig. 3)."""
     mean = identification.nonlinear_coefficient.real.mean()
     imaginary = np.mean(np.abs(identification.nonlinear_coefficient.imag))
@@ -16,13 +16,13 @@ def nonlinear_coefficient_figure(identification):
         f"and its imaginary part, on average {imaginary:.2g} in size."
     )
     with style():
-        figure, axes = subplots(2, 1, alt=alt, height=5.0, sharex=True, height_ratios=(3, 2))
+        figure, axes = subplots(2, 1, alt=alt, ax=ax, height=5.0, sharex=True, height_ratios=(3, 2))
         _draw_coefficient(axes, identification, mean)
-        axes[1].set_xlabel("frequency (Hz)")
+        outer_labels(axes, ax=ax)
         return figure
 
 
-def receptance_figure(identification):
+def receptance_figure(identification, *, ax=None):
     """H11, H21 and H22 of the underlying linear system, estimated (solid) and fitted (dashed) (the paper's Fig. 4)."""
     peaks = identification.modes.frequency
     alt = (
@@ -30,14 +30,13 @@ def receptance_figure(identification):
         f"lines, fitted rational fractions as dashed lines over them; modes at {_listed(peaks)} Hz."
     )
     with style():
-        figure, axes = subplots(2, 3, alt=alt, width=10.0, height=5.0, sharex=True, height_ratios=(3, 2))
+        figure, axes = subplots(2, 3, alt=alt, ax=ax, width=10.0, height=5.0, sharex=True, height_ratios=(3, 2))
         _draw_receptances(axes, identification)
-        for axis in axes[1]:
-            axis.set_xlabel("frequency (Hz)")
+        outer_labels(axes, ax=ax)
         return figure
 
 
-def singular_value_figure(identification):
+def singular_value_figure(identification, *, ax=None):
     """Singular values of the subspace step with their jump marked (the paper's Fig. 5)."""
     order = len(identification.state_space.A)
     values = identification.singular_values
@@ -46,18 +45,13 @@ def singular_value_figure(identification):
         f"{values[order - 1] / values[order]:.2g}, which gives the order of the model."
     )
     with style():
-        figure, axis = subplots(alt=alt)
+        figure, axis = subplots(alt=alt, ax=ax)
         _draw_singular_values(axis, identification)
         return figure
 
 
-def identification_figure(identification):
-    """Singular values, coefficient and receptances of an identification on one page.
-
-    Returns
-    -------
-    DescribedFigure
-    """
+def identification_figure(identification, *, ax=None):
+    """Singular values, coefficient and receptances of an identification on one page, in nine panels."""
     order, mean = len(identification.state_space.A), identification.nonlinear_coefficient.real.mean()
     jump = identification.singular_values[order - 1] / identification.singular_values[order]
     alt = (
@@ -66,18 +60,11 @@ def identification_figure(identification):
         f"system, with modes at {_listed(identification.modes.frequency)} Hz, estimated and fitted."
     )
     with style():
-        figure, axes = subplots(3, 3, alt=alt, width=10.0, height=8.6, height_ratios=(3, 3, 2))
-        for axis in axes[0]:
-            axis.remove()
-        grid = axes[0, 0].get_gridspec()
-        _draw_singular_values(figure.add_subplot(grid[0, 0]), identification)
-        coefficient = [figure.add_subplot(grid[0, column]) for column in (1, 2)]
-        _draw_coefficient(coefficient, identification, mean)
-        for axis in coefficient:
-            axis.set_xlabel("frequency (Hz)")
+        figure, axes = subplots(3, 3, alt=alt, ax=ax, width=10.0, height=8.6, height_ratios=(3, 3, 2))
+        _draw_singular_values(axes[0, 0], identification)
+        _draw_coefficient(axes[0, 1:], identification, mean)
         _draw_receptances(axes[1:], identification)
-        for axis in axes[2]:
-            axis.set_xlabel("frequency (Hz)")
+        outer_labels(axes[1:], ax=ax)
         return figure
 
 
@@ -93,12 +80,14 @@ def _draw_coefficient(axes, identification, mean):
     low, high = np.quantile(coefficient.real, (0.05, 0.95))
     margin = max(high - low, 0.1 * abs(mean))
     real.set_ylim(low - margin, high + margin)
-    real.set_ylabel("Re $k_3$ (N/m$^3$)")
+    real.set_ylabel("Re $k_3$ [N/m$^3$]")
     real.legend()
     imaginary.plot(frequency, coefficient.imag, color=RED)
     low, high = imaginary.get_ylim()
     imaginary.set_ylim(min(low, -0.1 * abs(mean)), max(high, 0.1 * abs(mean)))
-    imaginary.set_ylabel("Im $k_3$ (N/m$^3$)")
+    imaginary.set_ylabel("Im $k_3$ [N/m$^3$]")
+    for axis in axes:
+        axis.set_xlabel("frequency [Hz]")
 
 
 def _draw_receptances(axes, identification):
@@ -108,11 +97,10 @@ def _draw_receptances(axes, identification):
         fitted = identification.fitted_receptance[:, row, column]
         magnitude.semilogy(frequency, np.abs(estimated), color=BLUE, label="estimate")
         magnitude.semilogy(frequency, np.abs(fitted), color=RED, linestyle="--", label="fraction polynomial")
-        magnitude.set_title(label)
+        magnitude.set(title=label, xlabel="frequency [Hz]", ylabel="magnitude [m/N]")
+        phase.set(xlabel="frequency [Hz]", ylabel="phase [°]")
         for values, colour, line in ((estimated, BLUE, "-"), (fitted, RED, "--")):
             phase.plot(frequency, np.degrees(np.unwrap(np.angle(values))), color=colour, linestyle=line)
-    axes[0][0].set_ylabel("magnitude (m/N)")
-    axes[1][0].set_ylabel("phase (degrees)")
     axes[0][2].legend(loc="upper right")
 
 

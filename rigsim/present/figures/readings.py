@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .style import BLACK, BLUE, GREEN, ORANGE, style, subplots
+from .style import BLACK, BLUE, GREEN, ORANGE, as_tuple, style, subplots
 
 _LOOKS = {
     "force": {"color": GREEN, "linestyle": "-"},
@@ -11,7 +11,7 @@ _LOOKS = {
 }
 
 
-def readings_figure(identifications):
+def readings_figure(identification, *, ax=None, beside=()):
     """Real and imaginary part of k3(omega) by each reading, over the mean of the right one's real part.
 
     Where the force was held at its value, theta cot(theta) + i theta is drawn too: what the readings other than the
@@ -19,18 +19,21 @@ def readings_figure(identifications):
 
     Parameters
     ----------
-    identifications : sequence of Identification
-        Of one record, each by another reading.
+    identification : Identification
+    ax : sequence of two matplotlib.axes.Axes, optional
+    beside : Identification or sequence of them
+        Of the same record, each by another reading.
 
     Returns
     -------
-    DescribedFigure
+    matplotlib.figure.Figure
 
     Raises
     ------
     ValueError
         If two are by the same reading, or none is by the right one.
     """
+    identifications = (identification, *as_tuple(beside))
     by_reading = {each.conversion: each for each in identifications}
     if len(by_reading) != len(identifications) or "force" not in by_reading:
         listed = ", ".join(each.conversion for each in identifications)
@@ -44,7 +47,7 @@ def readings_figure(identifications):
     ]
     alt = "Nonlinear coefficient over frequency, relative to the right reading's mean: " + "; ".join(told) + "."
     with style():
-        figure, (real, imaginary) = subplots(1, 2, alt=alt, width=9.5, height=3.9)
+        figure, (real, imaginary) = subplots(1, 2, alt=alt, ax=ax, width=9.5, height=3.9)
         for name, each in by_reading.items():
             ratio = 100 * each.nonlinear_coefficient / unit
             real.plot(each.frequency, ratio.real - 100, label=f'"{name}"', **_LOOKS[name])
@@ -54,8 +57,8 @@ def readings_figure(identifications):
             look = {"color": BLACK, "linewidth": 3.5, "alpha": 0.25}
             real.plot(right.frequency, 100 * (theta / np.tan(theta) - 1), label="θ cot θ + iθ", **look)
             imaginary.plot(right.frequency, 100 * theta, **look)
-        real.set(xlabel="frequency (Hz)", ylabel="error of Re $k_3$ (%)")
-        imaginary.set(xlabel="frequency (Hz)", ylabel="Im $k_3$ (% of Re)")
+        real.set(xlabel="frequency [Hz]", ylabel="error of Re $k_3$ [%]")
+        imaginary.set(xlabel="frequency [Hz]", ylabel="Im $k_3$ [% of Re]")
         real.legend()
         return figure
 

@@ -2,30 +2,32 @@
 
 import numpy as np
 
-from .style import BLUE, GREEN, GREY, ORANGE, RED, style, subplots
+from .style import BLUE, GREEN, GREY, ORANGE, RED, outer_labels, style, subplots
 
 _COLOURS = {"force": GREY, "shaker": BLUE, "mass": ORANGE, "relative": GREEN, "tilt": RED}
 _LABELS = {
-    "force": "force (N)",
-    "shaker": "shaker (mm)",
-    "mass": "mass (mm)",
-    "relative": "relative (mm)",
-    "tilt": "tilt (mrad)",
+    "force": "force [N]",
+    "shaker": "shaker [mm]",
+    "mass": "mass [mm]",
+    "relative": "relative [mm]",
+    "tilt": "tilt [mrad]",
 }
 
 
-def record_figure(record, interval=None):
+def record_figure(record, *, ax=None, interval=None):
     """Time histories of a record, one above the other.
 
     Parameters
     ----------
     record : Record
+    ax : sequence of matplotlib.axes.Axes, optional
+        One a channel, and one for z.
     interval : pair of float, optional
         First and last instant shown (s); all of it by default.
 
     Returns
     -------
-    DescribedFigure
+    matplotlib.figure.Figure
 
     Raises
     ------
@@ -47,14 +49,12 @@ def record_figure(record, interval=None):
         f"rms force {record.force.std():.3g} N, largest xs - x {1e3 * abs(record.relative).max():.3g} mm."
     )
     with style():
-        figure, axes = subplots(len(channels), 1, alt=alt, height=1.4 * len(channels) + 0.4, sharex=True)
+        figure, axes = subplots(len(channels), 1, alt=alt, ax=ax, height=1.4 * len(channels) + 0.4, sharex=True)
         for axis, (name, values) in zip(axes, channels.items(), strict=True):
             scale = 1.0 if name == "force" else 1e3
             _draw(axis, time[shown], scale * values[shown], _COLOURS[name])
-            axis.set_ylabel(_LABELS[name])
-        figure.align_ylabels()
-        axes[-1].set_xlabel("time (s)")
-        axes[-1].set_xlim(low, high)
+            axis.set(xlabel="time [s]", ylabel=_LABELS[name], xlim=(low, high))
+        outer_labels(axes, ax=ax)
         return figure
 
 

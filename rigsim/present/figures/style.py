@@ -69,7 +69,7 @@ class DescribedFigure(Figure):
         return re.sub(r"^<svg ", f'<svg role="img" aria-label={quoteattr(self.alt)} ', text, count=1)
 
     def show(self):
-        """Open the figure in a window, as in a script; without a display, in the web browser.
+        """Open the figure in a window, as in a script; without one, in the web browser; in a notebook, below the cell.
 
         Raises
         ------
@@ -78,11 +78,15 @@ class DescribedFigure(Figure):
         """
         from matplotlib import pyplot
 
-        backend = pyplot.get_backend()  # resolves to a window's, where there is a display
-        if backend.lower() not in backend_registry.list_builtin(BackendFilter.NON_INTERACTIVE):
-            canvas = backend_registry.load_backend_module(backend).FigureCanvas
-            canvas.new_manager(self, 1)
-            canvas.manager_class.pyplot_show()
+        backend = pyplot.get_backend().lower()  # resolves to a window's, where there is a display
+        if "inline" in backend:
+            from IPython.display import display
+
+            display(self)
+            return
+        if backend not in backend_registry.list_builtin(BackendFilter.NON_INTERACTIVE):
+            pyplot.figure(self)
+            pyplot.show()
             return
         with tempfile.NamedTemporaryFile("w", suffix=".html", prefix="rigsim-", encoding="utf-8", delete=False) as page:
             page.write(f"<!DOCTYPE html><meta charset='utf-8'><title>rigsim</title>{self.svg()}")
@@ -147,8 +151,52 @@ def subplots(rows=1, columns=1, *, alt, ax=None, width=7.5, height=None, **optio
     return handed[0].figure, grid
 
 
-def legend(axes, *, ax=None, columns=2, loc="outside lower center", **options):
-    """One key for all panels: outside our own figure, or in the last of the axes ``ax`` that the user handed in.
+def as_tuple(beside):
+    """What a user wants beside a result, one or a list or tuple of them, as a tuple."""
+    return tuple(beside) if isinstance(beside, (list, tuple)) else (beside,)
+
+
+def outer_labels(axes, *, ax=None):
+    """Keep the labels on the outside of our own figure; axes that the user handed in keep them all.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes or array of them
+        That share their labels along rows and columns.
+    ax
+        As given to `subplots`.
+    """
+    if ax is None:
+        panels = np.ravel(np.array(axes, dtype=object))
+        for one in panels:
+            place = one.get_subplotspec()
+            one.set_xlabel(one.get_xlabel() if place.is_last_row() else "")
+            one.set_ylabel(one.get_ylabel() if place.is_first_col() else "")
+        panels[0].figure.align_ylabels(panels)
+
+
+def log_scale(axes, ticks=(1,), which="y"):
+    """A logarithmic x or y axis with plain numbers at ``ticks`` of each decade."""
+    axes.set(**{f"{which}scale": "log"})
+    axis = getattr(axes, f"{which}axis")
+    axis.set_major_locator(LogLocator(subs=ticks))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def marks(axes, frequency, amplitude, look, filled=False, **options):
+    """Markers at frequencies; those without an amplitude, NaN, stand on the lower edge."""
+    known = np.isfinite(amplitude)
+    look = {"linestyle": "none", "markersize": 5, "markeredgewidth": 1.1} | look | options
+    look["markerfacecolor"] = look["color"] if filled else "none"
+    axes.plot(frequency[known], amplitude[known], **look)
+    if not known.all():
+        edge = np.full((~known).sum(), 0.03)
+        axes.plot(frequency[~known], edge, transform=axes.get_xaxis_transform(), **look)
+
+
+def legend(axes, *, ax=None, columns=2, loc="outside lower center", inside=True, **options):
+    """One key for all panels: outside our own figure, or at the last of the axes ``ax`` that the user handed in.
 
     Parameters
     ----------
@@ -160,6 +208,8 @@ def legend(axes, *, ax=None, columns=2, loc="outside lower center", **options):
         Of the key outside.
     loc : str
         Of the key outside.
+    inside : bool
+        Whether the user's axes have room for the key; else it stands below them.
     **options
         Passed on to matplotlib's ``legend``.
     """
@@ -171,4 +221,5 @@ def legend(axes, *, ax=None, columns=2, loc="outside lower center", **options):
     if ax is None:
         panels[0].figure.legend(keys.values(), keys.keys(), loc=loc, ncols=columns, **options)
     else:
-        panels[-1].legend(keys.values(), keys.keys(), **options)
+        below = {} if inside else {"loc": "upper center", "bbox_to_anchor": (0.5, -0.25)}
+        panels[-1].legend(keys.values(), keys.keys(), **below, **options)

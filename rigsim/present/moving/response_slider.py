@@ -63,7 +63,7 @@ def response_slider(name, values, unit, responses, *, alt=None, beside=None, cir
             fixed.append(Curve(circles[0], 1e3 * np.abs(circles[1 + number]), "point", "multi-body rig", BLACK))
         panels.append(
             Panel(
-                [_curves(response, channel) for response in responses], "frequency (Hz)", "amplitude (mm)", title,
+                [_curves(response, channel) for response in responses], "frequency [Hz]", "amplitude [mm]", title,
                 yscale="log", xlim=(low, high), fixed=tuple(fixed),
             )
         )  # fmt: skip
@@ -81,12 +81,11 @@ def _curves(response, channel):
     """Every piece as runs of equal stability, each reaching to where the next begins."""
     curves = []
     for piece in response.pieces:
-        amplitude, stable = 1e3 * np.abs(getattr(piece, channel)), piece.stable
-        for run in np.split(np.arange(stable.size), np.flatnonzero(np.diff(stable)) + 1):
-            reach = slice(run[0], run[-1] + 2)
-            kind = "stable" if stable[run[0]] else "unstable"
+        amplitude = 1e3 * np.abs(getattr(piece, channel))
+        for run, stable in piece.runs:
+            kind = "stable" if stable else "unstable"
             text = kind if piece.kind == "main" else f"{piece.kind} detached curve"
-            curves.append(Curve(piece.frequency[reach], amplitude[reach], kind, text, _COLORS[piece.kind]))
+            curves.append(Curve(piece.frequency[run], amplitude[run], kind, text, _COLORS[piece.kind]))
     return curves
 
 

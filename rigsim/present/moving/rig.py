@@ -3,10 +3,10 @@
 import numpy as np
 
 from ... import checks
-from ...model.planar import static_equilibrium
-from ..figures.rig import only_rigs, rig_parts
-from ..figures.style import BLACK, BLUE, GREY, RED
-from .plot import Curve, Panel, Shape, animate, drawing
+from ..figures.rig_parts import SETS, only_rigs, rig_parts
+from ..figures.style import BLACK, BLUE, GREY, RED, as_tuple
+from .plot import Curve, Panel
+from .shapes import Shape, animate, drawing
 
 # Part of the drawing, kind of line, name in the legend, colour; later ones on top.
 _SHAPES = (
@@ -23,35 +23,36 @@ _SHAPES = (
     ("G", "dot", "centre of mass", BLUE),
 )
 
-# What may stand beside the drawing: label, title, and the label's unit over the record's.
-_BESIDE = {
-    "tilt": ("tilt (°)", "Tilt as recorded", np.degrees(1.0)),
-    "relative": ("z (mm)", "Relative displacement as recorded", 1e3),
+# What may be drawn over time beside the rig: label, title, and the label's unit over the record's.
+_CHANNELS = {
+    "tilt": ("tilt [°]", "Tilt as recorded", np.degrees(1.0)),
+    "relative": ("z [mm]", "Relative displacement as recorded", 1e3),
 }
 
 
-def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggeration=1.0, *, seconds=6.0, title=None,
-                  beside="tilt"):  # fmt: skip
+def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggeration=1.0, *, seconds=6.0, titles=None,
+                  channel="tilt"):  # fmt: skip
     """The rig as it moved between two instants of a record, with its tilt, or z, over time beside it.
 
     Frame and mass are drawn where the record has them, to scale. P's height is not recorded and is drawn as zero: in
-    a sound rig it moves by micrometres.
+    a sound rig it moves by micrometres. Several rigs stand side by side under one slider for time.
 
     Parameters
     ----------
-    parameters : RigParameters
-    record : Record
-        With its tilt; of `simulate`, or ``SineTest.record(i)``.
+    parameters : RigParameters or sequence of them
+    record : Record or sequence of them
+        One a rig, with its tilt; of `simulate`, or ``SineTest.record(i)``.
     start, stop : float
-        Part of the record that is shown (s); by default all of it.
+        Part of the records that is shown (s); by default all of it.
     frames : int
         Pictures; the record is interpolated between its samples.
     exaggeration : float
         The tilt is drawn this many times as large, and the caption says so.
     seconds : float
         How long one pass lasts on the screen.
-    title : str, optional
-    beside : {"tilt", "relative"}
+    titles : str or sequence of str, optional
+        One a rig.
+    channel : {"tilt", "relative"}
         What is drawn over time.
 
     Returns
@@ -61,44 +62,16 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
     Raises
     ------
     ValueError
-        If the parameters are not a rig's, the record has no tilt, the instants lie outside it, or ``beside`` is
-        neither.
+        If the parameters are not a rig's, a record has no tilt, the instants lie outside it, ``channel`` is
+        neither, or there are not as many records or titles as rigs.
     """
-    titles = None if title is None else [title]
-    return rigs_animation(
-        [parameters], [record], start, stop, frames, exaggeration, seconds=seconds, titles=titles, beside=beside
-    )
-
-
-def rigs_animation(rigs, records, start=0.0, stop=None, frames=48, exaggeration=1.0, *, seconds=6.0, titles=None,
-                   beside="tilt"):  # fmt: skip
-    """Rigs side by side under one slider for time, each above its tilt, or z, on one scale; see `rig_animation`.
-
-    Parameters
-    ----------
-    rigs : sequence of RigParameters, length n
-    records : sequence of Record, length n
-    start, stop, frames, exaggeration, seconds, beside
-        As in `rig_animation`, the same for all.
-    titles : sequence of str, optional
-        n titles.
-
-    Returns
-    -------
-    MovingPlot
-
-    Raises
-    ------
-    ValueError
-        As `rig_animation`, or if there are not as many records or titles as rigs.
-    """
-    rigs, records = only_rigs(rigs), tuple(records)
-    titles = [_sets(p).capitalize() for p in rigs] if titles is None else list(titles)
-    for name, given in (("records", records), ("titles", titles)):
+    rigs, records = only_rigs(as_tuple(parameters)), as_tuple(record)
+    titles = [SETS[p.wire_sets].capitalize() for p in rigs] if titles is None else as_tuple(titles)
+    for name, given in (("record", records), ("titles", titles)):
         if len(given) != len(rigs) or not rigs:
             raise ValueError(f"{name} has {len(given)} elements for {len(rigs)} rigs; expected one a rig, at least one")
     exaggeration = checks.positive("exaggeration", exaggeration)
-    checks.one_of("beside", beside, tuple(_BESIDE))
+    checks.one_of("channel", channel, tuple(_CHANNELS))
     motions = [rig_motion(p, record, start, stop, frames) for p, record in zip(rigs, records, strict=True)]
     time = motions[0][0]
     shapes = [
@@ -106,28 +79,22 @@ def rigs_animation(rigs, records, start=0.0, stop=None, frames=48, exaggeration=
         for parts in (rig_parts(p, q, exaggeration) for p, (_, q) in zip(rigs, motions, strict=True))
     ]
     others = [drawing(each, time.size, title) for each, title in zip(shapes[1:], titles[1:], strict=True)]
-    histories = _histories(time, records, beside)
+    histories = _histories(time, records, channel)
     drawn = "drawn to scale" if exaggeration == 1 else f"drawn {exaggeration:g} times as large"
     words = [_words(p, q) for p, (_, q) in zip(rigs, motions, strict=True)]
-    sags = " and ".join(f"{1e6 * static_equilibrium(p).sag:.2g} µm" for p in rigs)
     return animate(
         time, shapes[0], title=titles[0], panels=[*others, *histories], columns=max(2, len(rigs)), digits=4,
         width=9.5, height=5.2 if len(rigs) == 1 else 8.6, seconds=seconds,
         alt=f"From {1e3 * time[0]:.4g} to {1e3 * time[-1]:.4g} ms, tilt {drawn}. {' '.join(words)}",
-        caption=f"Displacements to scale, tilt {drawn}. The height of P is not recorded and drawn as zero; "
-        f"at rest it is {sags} lower.",
+        caption=f"Displacements to scale, tilt {drawn}. The height of P is not recorded and drawn as zero.",
         notes=["; ".join(_note(p, q[k]) for p, (_, q) in zip(rigs, motions, strict=True)) for k in range(time.size)],
     )  # fmt: skip
-
-
-def _sets(parameters):
-    return "one wire set" if parameters.wire_sets == 1 else "two wire sets"
 
 
 def _words(parameters, coordinates):
     xs, x, tilt = coordinates[:, 0], _position(parameters, coordinates), np.degrees(coordinates[:, 3])
     return (
-        f"With {_sets(parameters)} the frame moves by {1e3 * np.ptp(xs):.3g} mm in all, the mass by "
+        f"With {SETS[parameters.wire_sets]} the frame moves by {1e3 * np.ptp(xs):.3g} mm in all, the mass by "
         f"{1e3 * np.ptp(xs - x):.3g} mm against it; its tilt goes from {tilt.min():.3g} to {tilt.max():.3g} degrees."
     )
 
@@ -135,7 +102,7 @@ def _words(parameters, coordinates):
 def _note(parameters, at):
     x = _position(parameters, at)
     text = f"xs {1e3 * at[0]:+.3f} mm, x {1e3 * x:+.3f} mm, tilt {np.degrees(at[3]):+.2g}°"
-    return f"{_sets(parameters).capitalize()}: {text}"
+    return f"{SETS[parameters.wire_sets].capitalize()}: {text}"
 
 
 def _position(parameters, coordinates):
@@ -143,11 +110,11 @@ def _position(parameters, coordinates):
     return coordinates[..., 1] - parameters.LG * np.cos(coordinates[..., 3])
 
 
-def _histories(time, records, beside):
+def _histories(time, records, channel):
     """A panel for each record, all on the same scale, with a dot that moves along."""
-    label, title, scale = _BESIDE[beside]
+    label, title, scale = _CHANNELS[channel]
     shown = [(record.time >= time[0]) & (record.time <= time[-1]) for record in records]
-    signals = [scale * getattr(record, beside) for record in records]
+    signals = [scale * getattr(record, channel) for record in records]
     low = min(signal[part].min() for signal, part in zip(signals, shown, strict=True))
     high = max(signal[part].max() for signal, part in zip(signals, shown, strict=True))
     margin = 0.05 * (high - low) or 1.0
@@ -156,7 +123,7 @@ def _histories(time, records, beside):
         whole = Curve(1e3 * record.time[part], signal[part], "line", color=GREY)
         at = np.interp(time, record.time, signal)
         dots = [[Curve([1e3 * t], [value], "dot", color=BLUE)] for t, value in zip(time, at, strict=True)]
-        panels.append(Panel(dots, "time (ms)", label, title, ylim=(low - margin, high + margin), fixed=(whole,)))
+        panels.append(Panel(dots, "time [ms]", label, title, ylim=(low - margin, high + margin), fixed=(whole,)))
     return panels
 
 

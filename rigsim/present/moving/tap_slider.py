@@ -65,8 +65,8 @@ def tap_slider(taps, instant=0.0, *, velocity=None, periods=24, **options):
         if one.period
     )
     panels = (
-        Panel(over_time, "forcing periods after the tap", "relative displacement z (mm)"),
-        Panel(once_a_period, "z (mm)", "z' (m/s)", "seen at peaks of the force", fixed=lasting),
+        Panel(over_time, "forcing periods after the tap", "relative displacement z [mm]"),
+        Panel(once_a_period, "z [mm]", "z' [m/s]", "seen at peaks of the force", fixed=lasting),
     )
     names = [found.names[i] if i >= 0 else "nothing that lasts" for i in label]
     flow = found.flow

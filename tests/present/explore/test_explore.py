@@ -6,14 +6,13 @@ import time
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 from numpy.testing import assert_allclose
 from PIL import Image
 
 from rigsim.model.planar import linear_modes, static_equilibrium
 from rigsim.parameters import OscillatorParameters, RigParameters
 from rigsim.present.explore import LivePanel, identification_panel, response_panel, rig_panel, shake_panel
-from rigsim.present.figures.style import style, subplots
+from rigsim.present.figures.style import MOTIONS, style, subplots
 from rigsim.theory.amplitude import frequency_response
 from rigsim.theory.detached import detached_curves
 
@@ -51,7 +50,7 @@ def test_sliders_have_units_and_words_stand_below(opened, function):
     assert 'role="status"' in panel.message.value
     for control in panel.controls.values():
         if hasattr(control, "readout_format"):
-            assert re.search(r"\(.+\)$", control.description), "a slider says its unit"
+            assert re.search(r"\[.+\]$", control.description), "a slider says its unit"
             assert len(control.description) <= 26, "and is not cut"
 
 
@@ -209,7 +208,7 @@ def test_shaking_puts_a_circle_on_the_theory(opened):
     assert "30.0 Hz, two wire sets, from rest: <b>settled, on the low branch</b>" in panel.message.value
     assert (1.0, True) in seen and not panel.start.disabled and panel.progress.layout.visibility == "hidden"
     low = 1e3 * abs(frequency_response(RigParameters(), 3.18, [30.0]).relative[0, 0])
-    circles = drawn(panel)["rig: settled"]
+    circles = drawn(panel)["rig: low"]
     assert_allclose(circles.get_xydata(), [[30.0, low]], rtol=2e-2)
     panel.controls["force"].value = 3.0
     assert not circles.get_xydata().size and drawn(panel)["other settings"].get_xydata().shape == (1, 2)
@@ -218,8 +217,9 @@ def test_shaking_puts_a_circle_on_the_theory(opened):
     panel.controls["duration"].value = 6.0
     panel.start.click()
     assert "tap 0.5 m/s" in panel.message.value and "on the high branch" in panel.message.value
-    assert circles.get_xydata().shape == (2, 2) and circles.get_ydata()[1] > 4 * low
-    assert to_hex(circles.get_color()) == "#000000"
+    high = drawn(panel)["rig: high"]
+    assert circles.get_xydata().shape == high.get_xydata().shape == (1, 2) and high.get_ydata()[0] > 4 * low
+    assert (circles.get_color(), high.get_color()) == (MOTIONS["low"], MOTIONS["high"])
 
 
 def test_spectrum_is_that_of_the_last_test(opened):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from rigsim import RigParameters, identify, random_test
-from rigsim.present.figures.readings import readings_figure
 
 
 @pytest.fixture(scope="module")
@@ -14,7 +13,7 @@ def readings():
 
 
 def test_lines_are_the_coefficients_and_the_closed_form_lies_under_them(readings):
-    figure = readings_figure(readings)
+    figure = readings[0].plot("readings", beside=readings[1:])
     real, imaginary = figure.axes
     assert [line.get_label() for line in real.lines] == ['"force"', '"all"', '"none"', "θ cot θ + iθ"]
     unit = readings[0].nonlinear_coefficient.real.mean()
@@ -27,6 +26,6 @@ def test_lines_are_the_coefficients_and_the_closed_form_lies_under_them(readings
 
 def test_bad_input(readings):
     with pytest.raises(ValueError, match="identifications are by the readings all, none"):
-        readings_figure(readings[1:])
+        readings[1].plot("readings", beside=readings[2])
     with pytest.raises(ValueError, match="each once"):
-        readings_figure([readings[0], readings[0]])
+        readings[0].plot("readings", beside=readings[0])

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from rigsim.present.figures.svg import unique_ids
-from rigsim.present.moving.plot import Curve, MovingPlot, Panel, Shape, _line, animate
+from rigsim.present.moving.paths import _line
+from rigsim.present.moving.plot import Curve, MovingPlot, Panel
+from rigsim.present.moving.shapes import Shape, animate
 
 X = np.linspace(10.0, 80.0, 400)
 VALUES = np.array([1.0, 2.0, 4.0])

@@ -10,7 +10,7 @@ from rigsim.experiment.random_test import simulate
 from rigsim.experiment.record import Record
 from rigsim.model.planar import rest_position
 from rigsim.parameters import RigParameters
-from rigsim.present.moving.rig import rig_animation, rig_motion, rigs_animation
+from rigsim.present.moving.rig import rig_animation, rig_motion
 
 RIG = RigParameters()
 SINGLE = RIG.single_set()
@@ -65,7 +65,7 @@ def test_wires_end_on_the_frame_and_on_the_mass(records):
 
 
 def test_rigs_side_by_side_share_one_slider(records):
-    moving = rigs_animation([SINGLE, RIG], records, 0.1, 0.15, 12, exaggeration=2)
+    moving = rig_animation([SINGLE, RIG], records, 0.1, 0.15, 12, exaggeration=2)
     assert [panel.title for panel in moving.panels[:2]] == ["One wire set", "Two wire sets"]
     html = moving._repr_html_()
     data = json.loads(re.search(r'<script type="application/json">(.*?)</script>', html)[1])
@@ -76,15 +76,15 @@ def test_rigs_side_by_side_share_one_slider(records):
     assert "P is not recorded" in html
     one, two = re.findall(r"its tilt goes from (\S+) to (\S+) degrees", moving.alt)
     assert abs(float(one[0])) > 1 and abs(float(two[0])) < 0.01
-    assert "µm" in moving.caption and moving.notes[0].startswith("One wire set: xs ")
+    assert moving.notes[0].startswith("One wire set: xs ")
     assert moving.panels[2].ylim == moving.panels[3].ylim, "tilts are compared on one scale"
 
 
 def test_relative_displacement_may_stand_beside(records):
-    panel = rig_animation(RIG, records[1], 0.1, 0.15, 6, beside="relative").panels[1]
+    panel = rig_animation(RIG, records[1], 0.1, 0.15, 6, channel="relative").panels[1]
     shown = (records[1].time >= 0.1) & (records[1].time <= 0.15)
     np.testing.assert_allclose(panel.fixed[0].y, 1e3 * records[1].relative[shown])
-    assert panel.ylabel == "z (mm)" and panel.ylim[0] < panel.fixed[0].y.min() < panel.fixed[0].y.max() < panel.ylim[1]
+    assert panel.ylabel == "z [mm]" and panel.ylim[0] < panel.fixed[0].y.min() < panel.fixed[0].y.max() < panel.ylim[1]
 
 
 def test_motion_of_a_resting_record_is_rest():
@@ -104,8 +104,8 @@ def test_motion_of_a_resting_record_is_rest():
         (lambda record: rig_animation(RIG, record, start=0.1, stop=0.1), "stop = 0.1 s"),
         (lambda record: rig_animation(RIG, record, frames=1), "frames = 1"),
         (lambda record: rig_animation(RIG, record, exaggeration=-2), "exaggeration = -2"),
-        (lambda record: rig_animation(RIG, record, beside="force"), "beside = 'force'"),
-        (lambda record: rigs_animation([RIG], [record] * 2), "records has 2 elements for 1 rigs"),
+        (lambda record: rig_animation(RIG, record, channel="force"), "channel = 'force'"),
+        (lambda record: rig_animation([RIG], [record] * 2), "record has 2 elements for 1 rigs"),
     ],
 )
 def test_bad_input_is_named(records, make, message):

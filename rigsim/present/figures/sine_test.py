@@ -1,0 +1,105 @@
+"""What stepped-sine tests show: amplitudes over frequency, and how harmonic the motion is."""
+
+import numpy as np
+
+from ...results import Status
+from .style import BLACK, BLUE, MOTIONS, legend, log_scale, marks, outer_labels, style, subplots
+
+_NAMES = {"shaker": "shaker xs", "mass": "mass x", "relative": "relative z"}
+_STATUS = {
+    Status.SETTLED: {"marker": "o", "color": BLUE},
+    Status.SUBHARMONIC: {"marker": "D", "color": MOTIONS["subharmonic"]},
+    Status.STILL_DRIFTING: {"marker": "^", "color": BLACK},
+    Status.NOT_PERIODIC: {"marker": "s", "color": MOTIONS["not periodic"]},
+    Status.FLEW_APART: {"marker": "X", "color": BLACK},
+}
+
+
+def sine_test_figure(test, *, ax=None):
+    """Amplitudes of xs, x and z over frequency, one symbol for each status; filled after a tap.
+
+    A rig that flew apart has no amplitude: a cross on the lower edge marks its frequency.
+
+    Parameters
+    ----------
+    test : SineTest
+    ax : sequence of three matplotlib.axes.Axes, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    tapped = _tapped(test)
+    told = ", ".join(f"{int((test.status == s).sum())} {s}" for s in Status if (test.status == s).any())
+    largest = np.nanmax(abs(test.relative)) if np.isfinite(test.relative).any() else np.nan
+    alt = (
+        f"Amplitudes of shaker, mass and relative displacement of {test.frequency.size} sine tests "
+        f"from {test.frequency.min():g} to {test.frequency.max():g} Hz, {int(tapped.sum())} of them tapped: {told}; "
+        f"largest relative amplitude {1e3 * largest:.3g} mm."
+    )
+    with style():
+        figure, grid = subplots(3, 1, alt=alt, ax=ax, height=8.4, sharex=True)
+        for axes, (name, words) in zip(grid, _NAMES.items(), strict=True):
+            amplitude = 1e3 * abs(getattr(test, name))
+            for status, look in _STATUS.items():
+                for tap in (False, True):
+                    points = (test.status == status) & (tapped == tap)
+                    if points.any():
+                        label = f"{status}, {'after a tap' if tap else 'from ' + test.start}"
+                        marks(axes, test.frequency[points], amplitude[points], look, filled=tap, label=label)
+            axes.set(xlabel="frequency [Hz]", ylabel=f"{words} [mm]")
+            log_scale(axes, (1, 2, 5))
+        outer_labels(grid, ax=ax)
+        legend(grid, ax=ax, loc="outside upper center", columns=3)
+    return figure
+
+
+def _tapped(test):
+    return np.array([tap is not None for tap in test.tap])
+
+
+def distortion_figure(test, *, ax=None):
+    """Largest harmonic of xs, x and z over frequency, against the 5 % that the paper calls negligible.
+
+    Parameters
+    ----------
+    test : SineTest
+        Points that did not settle are grey triangles: their lines are not steady.
+    ax : sequence of three matplotlib.axes.Axes, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    percent = 100 * test.distortion
+    settled, tapped = test.status == Status.SETTLED, _tapped(test)
+    words = []
+    for column, name in enumerate(_NAMES.values()):
+        if settled.any():
+            worst = np.flatnonzero(settled)[np.argmax(percent[settled, column])]
+            words.append(f"{name} {percent[worst, column]:.2g} % at {test.frequency[worst]:g} Hz")
+    alt = (
+        f"Largest harmonic over the fundamental, of {test.frequency.size} sine tests from {test.frequency.min():g} to "
+        f"{test.frequency.max():g} Hz. Largest of the {int(settled.sum())} settled ones: {', '.join(words) or 'none'}; "
+        f"{int((percent[settled] > 5).any(axis=1).sum())} points lie above the paper's 5 %."
+    )
+    with style():
+        figure, grid = subplots(1, 3, alt=alt, ax=ax, width=9.5, height=4.0, sharey=True)
+        for column, (axes, name) in enumerate(zip(grid, _NAMES.values(), strict=True)):
+            for tap in (False, True):
+                chosen = tapped == tap
+                label = "after a tap" if tap else f"from {test.start}"
+                for these, look, words in (
+                    (chosen & settled, {"marker": "o", "color": BLUE}, ""),
+                    (chosen & ~settled, {"marker": "^", "color": "#A0A0A0"}, ", not settled"),
+                ):
+                    if these.any():
+                        marks(
+                            axes, test.frequency[these], percent[these, column], look, filled=tap, label=label + words
+                        )
+            axes.axhline(5, color=BLACK, linestyle="--", linewidth=1.2, label="5 %")
+            log_scale(axes)
+            axes.set(xlabel="frequency [Hz]", ylabel="largest harmonic [%]", title=name)
+        outer_labels(grid, ax=ax)
+        legend(grid, ax=ax, loc="outside upper center", columns=4)
+    return figure

@@ -1,0 +1,62 @@
+"""Force of the wires by Eq. (1) and by Eq. (2), and the error of Eq. (2)."""
+
+import numpy as np
+
+from ... import checks
+from ...model.wires import cubic_law_error, suspension_force
+from .style import BLACK, ORANGE, SKY, style, subplots
+
+
+def wire_law_figure(parameters, *, ax=None, reached=None, largest=5e-3):
+    """Force of the wires by Eq. (1) and by Eq. (2), and the error of Eq. (2).
+
+    Parameters
+    ----------
+    parameters : RigParameters
+    ax : sequence of two matplotlib.axes.Axes, optional
+    reached : pair of float, optional
+        Least and largest amplitude of z in a test (m), marked as a band.
+    largest : float
+        The force is drawn up to this z (m).
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If ``largest`` is not above zero or the range reached is not ascending.
+    """
+    largest = checks.positive("largest", largest, "m")
+    z = np.linspace(-largest, largest, 401)
+    decades = np.geomspace(largest / 100, largest, 301)
+    error = 100 * cubic_law_error(decades, parameters)
+    alt = (
+        f"Left: force of the wires over z by the exact and the cubic law; at {1e3 * largest:.3g} mm they give "
+        f"{suspension_force(largest, parameters):.4g} N and {suspension_force(largest, parameters, 'cubic'):.4g} N. "
+        f"Right: error of the cubic law, which grows with z to {error[-1]:.2g} %."
+    )
+    if reached is not None:
+        reached = checks.array("reached", reached, "m", low=0.0, low_open=True, min_size=2)
+        if reached.size != 2 or reached[0] >= reached[1]:
+            raise ValueError(f"reached = {reached} m is not allowed; expected the least and the largest amplitude of z")
+        worst = 100 * float(cubic_law_error(reached[1], parameters))
+        alt += (
+            f" The test reaches amplitudes of z from {1e3 * reached[0]:.2g} to {1e3 * reached[1]:.3g} mm, "
+            f"with an error of at most {worst:.2g} %."
+        )
+    with style():
+        figure, (left, right) = subplots(1, 2, alt=alt, ax=ax, width=9.0)
+        if reached is not None:
+            low, high = 1e3 * reached
+            left.axvspan(-high, high, color=SKY, alpha=0.25, linewidth=0, label="z reached in the test")
+            right.axvspan(low, high, color=SKY, alpha=0.25, linewidth=0, label="amplitudes in the test")
+        left.plot(1e3 * z, suspension_force(z, parameters), color=BLACK, label="Eq. (1), exact")
+        left.plot(1e3 * z, suspension_force(z, parameters, "cubic"), "--", color=ORANGE, label="Eq. (2), cubic")
+        left.set(xlabel="relative displacement z [mm]", ylabel="force of the wires [N]")
+        left.legend()
+        right.loglog(1e3 * decades, error, color=BLACK, label="error of Eq. (2)")
+        right.set(xlabel="relative displacement z [mm]", ylabel="error of the force [%]")
+        right.legend()
+    return figure
