@@ -46,7 +46,7 @@ def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
         If the band is not two ascending frequencies.
     """
     theory = overlay.theory(band)
-    beside = None if nominal is None else overlay.theory(band, nominal)
+    beside = () if nominal is None else overlay.theory(band, nominal)
     low, high = theory.frequency[[0, -1]]
     names = np.concatenate(overlay.branch)
     at = np.concatenate([test.frequency for test in overlay.tests])
