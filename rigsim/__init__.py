@@ -8,62 +8,40 @@ from importlib import import_module
 
 __version__ = "0.1.0"
 
-# Where each public name lives.
+# Where each public name lives; "room:name" says that it is a module itself.
 _HOME = {
     "OscillatorParameters": "parameters",
     "RigParameters": "parameters",
-    "Nondimensional": "parameters",
     "Status": "results",
-    "suspension_force": "model.wires",
     "cubic_law_error": "model.wires",
     "oscillator_modes": "model.oscillator",
     "static_equilibrium": "model.planar",
-    "StaticEquilibrium": "model.planar",
     "linear_modes": "model.planar",
-    "Modes": "model.modes",
     "Tap": "model.excitation",
     "frequency_response": "theory.amplitude",
     "FrequencyResponse": "theory.amplitude",
-    "Piece": "theory.pieces",
     "folds": "theory.detached",
+    "Fold": "theory.detached",
     "jump_frequencies": "theory.detached",
     "detached_curves": "theory.detached",
-    "force_scenario": "theory.detached",
-    "Fold": "theory.detached",
     "DetachedCurve": "theory.detached",
+    "force_scenario": "theory.detached",
     "ForceEvent": "theory.detached",
+    "existence_chart": "design.charts",
+    "margins": "design.margins",
+    "tolerance_study": "design.tolerances",
+    "design_for_detached_curve": "design.best",
     "periodic_orbits": "orbits.periodic_orbits",
     "continue_orbit": "orbits.periodic_orbits",
     "OrbitBranch": "orbits.periodic_orbits",
-    "Disagreement": "orbits.periodic_orbits",
     "SpecialPoint": "orbits.stability",
     "harmonics_worth": "orbits.convergence",
-    "HarmonicsWorth": "orbits.convergence",
-    "orbits_figure": "present.figures.orbits",
-    "shoot_orbit": "orbits.shooting",
-    "ShotOrbit": "orbits.shooting",
-    "existence_forces": "design.count",
-    "existence_chart": "design.charts",
-    "ExistenceChart": "design.charts",
-    "margins": "design.margins",
-    "Margins": "design.margins",
-    "tolerance_study": "design.tolerances",
-    "ToleranceStudy": "design.tolerances",
-    "design_for_detached_curve": "design.best",
-    "Design": "design.best",
-    "attractors": "attraction.attractors",
-    "Attractor": "attraction.attractors",
-    "basins": "attraction.basins",
-    "Basins": "attraction.basins",
-    "tap_map": "attraction.taps",
-    "TapMap": "attraction.taps",
-    "smallest_tap": "attraction.taps",
-    "SmallestTap": "attraction.taps",
     "subharmonic_motions": "orbits.subharmonics",
-    "Subharmonics": "orbits.subharmonics",
-    "SubharmonicFamily": "orbits.subharmonics",
+    "attractors": "attraction.attractors",
+    "basins": "attraction.basins",
+    "tap_map": "attraction.taps",
+    "smallest_tap": "attraction.taps",
     "integrity": "attraction.integrity",
-    "Integrity": "attraction.integrity",
     "Record": "experiment.record",
     "simulate": "experiment.random_test",
     "random_test": "experiment.random_test",
@@ -73,14 +51,13 @@ _HOME = {
     "Identification": "identification.identify",
     "virtual_experiment": "paper.virtual_experiment",
     "overlay": "paper.virtual_experiment",
-    "Overlay": "paper.virtual_experiment",
+    "Evidence": "paper.evidence",
     "ledger": "paper.ledger",
-    "Ledger": "paper.ledger",
+    "printed": "paper.printed",
     "response_slider": "present.moving.response_slider",
     "tap_slider": "present.moving.tap_slider",
-    "force_scenario_figure": "present.figures.response",
-    "response_surface_figure": "present.figures.surface",
     "rig_animation": "present.moving.rig",
+    "explore": "present:explore",
 }
 
 __all__ = sorted(_HOME)
@@ -89,7 +66,9 @@ __all__ = sorted(_HOME)
 def __getattr__(name):
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f".{_HOME[name]}", __name__), name)
+    home, _, room = _HOME[name].partition(":")
+    module = import_module(f".{home}.{room}" if room else f".{home}", __name__)
+    value = module if room else getattr(module, name)
     globals()[name] = value  # found once, then an ordinary attribute
     return value
 

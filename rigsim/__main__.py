@@ -5,11 +5,9 @@ Standard library only, since they start on a fresh clone before anything is inst
 
 import argparse
 import os
-import re
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
@@ -28,16 +26,16 @@ To use the Python environment you are in instead, with the packages of environme
 def main(argv=None):
     """Run one command; return its exit status: 0, 1 if it failed, 2 if it could not start."""
     parser = _parser()
-    args, rest = parser.parse_known_args(argv)
+    args, args.rest = parser.parse_known_args(argv)
     if args.command is None:
         parser.print_help()
         return 2
-    if rest and not args.passes_on:
-        parser.error(f"{args.command} does not know {' '.join(rest)}; see python3 -m rigsim {args.command} --help")
+    if args.rest and not args.passes_on:
+        parser.error(f"{args.command} does not know {' '.join(args.rest)}; see python3 -m rigsim {args.command} --help")
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what we started is stopped with us
     try:
         environment.enter(args.extras)
-        return args.run(args, rest)
+        return args.run(args)
     except environment.SetupError as error:
         print(f"rigsim: {error}", file=sys.stderr)
         return 2
@@ -79,12 +77,13 @@ def _parser():
         "test",
         _test,
         "run the unit tests, and the notebooks under nbval",
-        "Runs the unit tests and, beside them, every notebook under nbval. Any other argument goes to pytest\n"
+        "Runs ruff, the unit tests and, beside them, every notebook under nbval. Any other argument goes to pytest\n"
         "(-k NAME, -x, a file ...), and then only pytest runs, on what those arguments choose.",
         extras=("test", "browser"),
         passes_on=True,
     )
     test.add_argument("--full", action="store_true", help="add the long checks (under 40 minutes instead of under 10)")
+    test.add_argument("--soak", action="store_true", help="add those that are longer still")
 
     lab = add(
         "lab",
@@ -105,9 +104,10 @@ def _parser():
     return parser
 
 
-def _report(args, rest):
+def _report(args):
     try:
-        from .present.report.build import ReportError, build_reports
+        from .present.report.build import build_reports
+        from .present.report.run import ReportError
     except ModuleNotFoundError as error:
         raise environment.SetupError(
             f"this environment has no {error.name}: install what environment.txt lists, "
@@ -123,81 +123,19 @@ def _report(args, rest):
     return 0
 
 
-def _test(args, rest):
-    pytest = [sys.executable, "-m", "pytest", f"--color={'yes' if sys.stdout.isatty() else 'no'}"]
-    full = ["--full"] if args.full else []
-    nbval = ["--nbval-lax", "--nbval-current-env", "--nbval-cell-timeout=300", "-x"]
-    settings = _child_settings()
-    settings.setdefault("MPLBACKEND", "agg")
-    # Two jobs side by side on few cores: more threads inside each would only slow both down.
-    settings.setdefault("OPENBLAS_NUM_THREADS", "1")
-    if rest:
-        return _follow({"tests": [*pytest, *full, *rest]}, settings)
-    jobs = {"unit tests": [*pytest, *full, "tests"]}
-    notebooks = sorted(str(path.relative_to(ROOT)) for path in NOTEBOOKS.glob("*.ipynb"))
-    if notebooks:
-        jobs["notebooks"] = [*pytest, *nbval, *notebooks]
-    return _follow(jobs, settings)
+def _test(args):
+    pytest = [sys.executable, "-m", "pytest", *(f"--{name}" for name in ("full", "soak") if getattr(args, name))]
+    # Notebooks first, since they are the longest; each stays in one of the two processes, as every test file does.
+    side_by_side = ["-n", "2", "--dist", "loadfile", "--no-loadscope-reorder"]
+    nbval = ["--nbval-lax", "--nbval-current-env", "--nbval-cell-timeout=300"]
+    # More threads inside each process would only slow both down.
+    settings = {"MPLBACKEND": "agg", "OPENBLAS_NUM_THREADS": "1"}
+    chosen = args.rest or [*side_by_side, *nbval, "notebooks", "tests"]
+    return 1 if _call([*pytest, *chosen], ROOT, settings) else 0
 
 
-def _follow(jobs, settings):
-    """Run pytest jobs side by side, show the output of one after the other, and close with all counts in one line."""
-    begun, running, ends = time.monotonic(), {}, {}
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            for number, (label, command) in enumerate(jobs.items()):
-                path = Path(folder) / f"{number}.txt"
-                with path.open("wb") as output:
-                    process = subprocess.Popen(command, cwd=ROOT, env=settings, stdout=output, stderr=subprocess.STDOUT)
-                running[label] = process, path
-            for label, (process, path) in running.items():
-                if len(jobs) > 1:
-                    print(f"\nrigsim: {label}", flush=True)
-                ends[label] = _stream(process, path)
-        finally:
-            for process, _ in running.values():
-                if process.poll() is None:
-                    process.terminate()
-                    process.wait()
-    failed = [label for label, (process, _) in running.items() if process.returncode]
-    if len(jobs) > 1:
-        print(_closing(ends, failed, time.monotonic() - begun))
-    return 1 if failed else 0
-
-
-def _stream(process, path):
-    """Copy a job's output to ours until it ends; return its last line without pytest's rules and colours."""
-    last = b""
-    with path.open("rb") as output:
-        while True:
-            ended = process.poll() is not None  # asked first, so that nothing written before the end is missed
-            text = output.read()
-            if text:
-                last = (last + text)[-2000:]
-                sys.stdout.buffer.write(text)
-                sys.stdout.buffer.flush()
-            elif ended:
-                break
-            else:
-                time.sleep(0.1)
-    lines = re.sub(r"\x1b\[[0-9;]*m", "", last.decode("utf-8", "replace")).strip().splitlines()
-    return lines[-1].strip("= ") if lines else "no output"
-
-
-def _closing(ends, failed, seconds):
-    """The last line of each job, and below them one line in pytest's manner that adds them up."""
-    totals = {}
-    for end in ends.values():
-        for count, kind in re.findall(r"(\d+) (failed|passed|skipped|deselected|xfailed|xpassed|error)", end):
-            totals[kind] = totals.get(kind, 0) + int(count)
-    counts = ", ".join(f"{count} {kind}" for kind, count in totals.items()) or "nothing ran"
-    verdict = f"{' and '.join(failed)} FAILED: " if failed else ""
-    lines = ["", *(f"{label}: {end}" for label, end in ends.items())]
-    return "\n".join([*lines, f" {verdict}{counts} in {seconds:.2f}s ".center(100, "=")])
-
-
-def _lab(args, rest):
-    command = [sys.executable, "-m", "jupyterlab", *rest]
+def _lab(args):
+    command = [sys.executable, "-m", "jupyterlab", *args.rest]
     if args.notebook:
         command.append(_notebook(args.notebook))
     return _call(command, NOTEBOOKS)
@@ -213,13 +151,13 @@ def _notebook(name):
     return found[0]
 
 
-def _bench(args, rest):
+def _bench(args):
     return _call([sys.executable, str(ROOT / "tests" / "benchmarks" / "run.py"), *args.names], ROOT)
 
 
-def _call(command, folder):
+def _call(command, folder, defaults=None):
     """Run a command to its end and return its exit status; Ctrl-C is the command's own affair."""
-    process = subprocess.Popen(command, cwd=folder, env=_child_settings())
+    process = subprocess.Popen(command, cwd=folder, env={**(defaults or {}), **os.environ})
     try:
         while True:
             try:
@@ -230,13 +168,6 @@ def _call(command, folder):
         if process.poll() is None:
             process.terminate()
             process.wait()
-
-
-def _child_settings():
-    """Environment variables of child processes: rigsim can be imported from every folder."""
-    settings = dict(os.environ)
-    settings["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), settings.get("PYTHONPATH")]))
-    return settings
 
 
 if __name__ == "__main__":

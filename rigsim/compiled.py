@@ -126,11 +126,11 @@ class _Cache:
 
         target.refresh()
         try:
-            data = self._path(signature, target.codegen()).read_bytes()
-        except OSError:
+            parts = pickle.loads(self._path(signature, target.codegen()).read_bytes())
+        except (OSError, EOFError, pickle.UnpicklingError):
             _say_once()
             return None
-        return CompileResult._rebuild(target, *pickle.loads(data))
+        return CompileResult._rebuild(target, *parts)
 
     def save_overload(self, signature, result):
         """Keep a compilation's result, and drop those of other code by the same name."""
@@ -179,8 +179,8 @@ def _writable(folder):
 
 @functools.cache
 def _say_once():
-    kept = "once" if _writable(_folder()) else f"in every process anew, since {_folder()} cannot be written"
-    print(f"rigsim: compiling what is asked for, {kept}; half a minute at most", file=sys.stderr, flush=True)
+    kept = "then kept" if _writable(_folder()) else f"every time, since {_folder()} cannot be written"
+    print(f"rigsim: compiling, as a first use does: half a minute at most, {kept}", file=sys.stderr, flush=True)
 
 
 @functools.cache
@@ -214,7 +214,7 @@ def _feed(digest, value, seen):
         _feed(digest, (value.__code__, value.__defaults__, cells), seen)
         for name in names:
             found = value.__globals__[name]
-            if isinstance(found, types.ModuleType) and found.__name__.startswith(f"{__package__}."):
+            if isinstance(found, types.ModuleType) and _top(found.__name__) == _top(value.__module__):
                 used = [name for code in _codes(value.__code__) for name in code.co_names if hasattr(found, name)]
                 _feed(digest, tuple(getattr(found, name) for name in used), seen)
             else:
@@ -229,6 +229,10 @@ def _feed(digest, value, seen):
         digest.update(value.__name__.encode())
     else:
         digest.update(pickle.dumps(value, protocol=4))
+
+
+def _top(name):
+    return name.partition(".")[0]
 
 
 def _codes(code):

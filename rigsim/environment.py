@@ -39,11 +39,15 @@ def enter(extras=(), root=ROOT):
     Raises
     ------
     SetupError
-        If this Python is too old or the environment cannot be made.
+        If this Python is too old, the environment cannot be made, or another rigsim stands before this tree's.
     """
     if sys.version_info < OLDEST:
         raise SetupError(_too_old())
+    # For this tree's rigsim in all that is started from here, whatever else is installed or in the way.
+    others = [place for place in os.environ.get("PYTHONPATH", "").split(os.pathsep) if place not in ("", str(root))]
+    os.environ["PYTHONPATH"] = os.pathsep.join([str(root), *others])
     if os.environ.get(VARIABLE, "") == "current":
+        _refuse_others(root)
         return
     if os.environ.get(VARIABLE, ""):
         raise SetupError(f"{VARIABLE}={os.environ[VARIABLE]} is not allowed; leave it unset, or set it to 'current'")
@@ -54,6 +58,16 @@ def enter(extras=(), root=ROOT):
     python = prepare(root, extras)
     if Path(sys.prefix).resolve() != (root / ".venv").resolve():
         _start_again(python)
+    _refuse_others(root)
+
+
+def _refuse_others(root):
+    """Raise a `SetupError` if what is started in notebooks/ would import another rigsim than the tree's."""
+    code = "import importlib.util as u; print(u.find_spec('rigsim').origin)"
+    folder = root / "notebooks" if (root / "notebooks").is_dir() else root
+    found = subprocess.run([sys.executable, "-c", code], cwd=str(folder), stdout=subprocess.PIPE, text=True).stdout
+    if Path(found.strip()).resolve() != (root / "rigsim" / "__init__.py").resolve():
+        raise SetupError(f"{found.strip()} hides the rigsim of {root} from the notebooks; move or rename it")
 
 
 def prepare(root, extras=()):

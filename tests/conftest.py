@@ -1,4 +1,4 @@
-"""What every test shares: the ``--full`` option, and the promise that no test changes global state."""
+"""What every test shares: the options ``--full`` and ``--soak``, and the promise that no test changes global state."""
 
 import random
 import sys
@@ -18,19 +18,35 @@ else:
 
 def pytest_addoption(parser):
     parser.addoption("--full", action="store_true", help="run the long checks too")
+    parser.addoption("--soak", action="store_true", help="run the longest checks too, and print what they find")
 
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "full: a long check, run only with --full")
+    config.addinivalue_line("markers", "soak: longer still, run only with --soak, which implies --full")
 
 
 def pytest_collection_modifyitems(config, items):
-    if config.getoption("--full"):
-        return
-    skip = pytest.mark.skip(reason="long check: run with --full")
+    soak = config.getoption("--soak")
+    allowed = {"full": soak or config.getoption("--full"), "soak": soak}
     for item in items:
-        if "full" in item.keywords:
-            item.add_marker(skip)
+        for kind in ("full", "soak"):
+            if kind in item.keywords and not allowed[kind]:
+                item.add_marker(pytest.mark.skip(reason=f"long check: run with --{kind}"))
+
+
+def pytest_terminal_summary(terminalreporter):
+    said = [text for reports in terminalreporter.stats.values() for report in reports
+            for name, text in getattr(report, "user_properties", ()) if name == "told"]  # fmt: skip
+    if said:
+        terminalreporter.section("what long checks found")
+        terminalreporter.write("".join(f"{text}\n" for text in dict.fromkeys(said)))
+
+
+@pytest.fixture
+def tell(record_property):
+    """Say a line that stands below the tests, whichever process they run in."""
+    return lambda text: record_property("told", text)
 
 
 def _global_state():

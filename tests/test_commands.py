@@ -7,9 +7,12 @@ import signal
 import socket
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
+import nbformat
 import pytest
+from nbformat.v4 import new_code_cell, new_notebook
 
 from rigsim import __main__ as commands
 from rigsim import environment
@@ -223,6 +226,54 @@ def test_own_environment(tree):
     one_line(run(tree, "report", **{environment.VARIABLE: "current"}), "no_such_package", "environment.txt")
 
 
+@pytest.mark.parametrize("own", ["", "current"])
+@pytest.mark.parametrize("other", ["rigsim.py", "rigsim/__init__.py"])
+def test_another_rigsim_on_the_path_is_not_run(tree, tmp_path, own, other):
+    place = tmp_path / "other" / other
+    place.parent.mkdir(parents=True)
+    place.write_text("raise SystemExit('the other rigsim')\n")
+    (tree / "tests" / "benchmarks" / "run.py").write_text("import rigsim\nprint(rigsim.__file__)\n")
+    done = run(tree, "bench", PYTHONPATH=str(tmp_path / "other"), **{environment.VARIABLE: own})
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == [str(tree / "rigsim" / "__init__.py")]
+    (tree / "notebooks").mkdir()
+    shutil.copy(place, tree / "notebooks" / "rigsim.py")
+    one_line(run(tree, "bench", **{environment.VARIABLE: own}), "notebooks/rigsim.py hides the rigsim of", "rename")
+
+
+_WHERE = """\
+from concurrent.futures import ProcessPoolExecutor
+from importlib.util import find_spec
+from multiprocessing import get_context
+import rigsim
+with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+    places = {rigsim.__file__, pool.submit(find_spec, "rigsim").result().origin}
+assert places == {%r}, places
+"""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("report", "01", "--output", "pages"), ("test", "--nbval-lax", "--nbval-current-env", "notebooks", "tests")],
+    ids=lambda arguments: arguments[0],
+)
+def test_kernels_workers_and_tests_are_this_clones(tmp_path, arguments):
+    """In an environment where another clone is installed, with a third on the path."""
+    root = tmp_path / "clone"
+    shutil.copytree(ROOT / "rigsim", root / "rigsim", ignore=shutil.ignore_patterns("__pycache__"))
+    where = _WHERE % str(root / "rigsim" / "__init__.py")
+    (root / "notebooks").mkdir()
+    nbformat.write(new_notebook(cells=[new_code_cell(where)]), root / "notebooks" / "01_where.ipynb")
+    (root / "tests").mkdir()
+    (root / "tests" / "test_where.py").write_text(f"def test_where():\n{textwrap.indent(where, '    ')}")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "rigsim.py").write_text("raise SystemExit('the other rigsim')\n")
+    settings = {**os.environ, "PYTHONPATH": str(tmp_path / "other"), environment.VARIABLE: "current"}
+    command = [sys.executable, "-m", "rigsim", *arguments]
+    done = subprocess.run(command, cwd=root, env=settings, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_installed_copy_says_that_it_needs_the_tree(tree):
     (tree / "environment.txt").unlink()
     one_line(run(tree, "report"), "no environment.txt", "clone")
@@ -237,47 +288,36 @@ def test_notebooks_go_by_name_or_number(tmp_path, monkeypatch):
         commands._notebook("07")
 
 
-@pytest.mark.parametrize(("codes", "status"), [((0, 0), 0), ((1, 0), 1), ((0, 1), 1)])
-def test_jobs_side_by_side_are_shown_in_turn_and_added_up(capfdbinary, codes, status):
-    def job(number, code):
-        end = f"== {number} passed, 1 skipped in 0.1s =="
-        return [sys.executable, "-c", f"print('job {number}'); print('{end}'); raise SystemExit({code})"]
-
-    done = commands._follow({"unit tests": job(4, codes[0]), "notebooks": job(7, codes[1])}, dict(os.environ))
-    text = capfdbinary.readouterr().out.decode()
-    assert done == status
-    assert (
-        text.index("job 4")
-        < text.index("job 7")
-        < text.index("unit tests: 4 passed")
-        < text.index("notebooks: 7 passed")
-    )
-    closing = text.strip().splitlines()[-1]
-    assert "11 passed, 2 skipped" in closing and ("FAILED" in closing) == bool(status)
+@pytest.fixture
+def called(monkeypatch):
+    """Commands that would have run, and with which settings of their own."""
+    calls = []
+    monkeypatch.setattr(commands, "_call", lambda command, folder, defaults: calls.append((command, defaults)) or 3)
+    monkeypatch.setattr(environment, "enter", lambda extras: calls.append(extras))
+    return calls
 
 
-def test_no_output_is_lost_and_interrupts_stop_the_jobs(monkeypatch):
-    started = []
-    real = subprocess.Popen
-    monkeypatch.setattr(
-        subprocess, "Popen", lambda *args, **options: started.append(real(*args, **options)) or started[-1]
-    )
-    monkeypatch.setattr(commands, "_stream", lambda process, path: (_ for _ in ()).throw(KeyboardInterrupt))
-    with pytest.raises(KeyboardInterrupt):
-        commands._follow({"a": [sys.executable, "-c", "import time; time.sleep(100)"]}, dict(os.environ))
-    assert started[0].returncode is not None
+def test_test_command_runs_notebooks_and_tests_side_by_side(called):
+    assert commands.main(["test"]) == 1
+    (extras, (command, defaults)) = called
+    assert extras == ("test", "browser") and defaults["OPENBLAS_NUM_THREADS"] == "1"
+    assert command[-2:] == ["notebooks", "tests"] and command[command.index("-n") + 1] == "2"
+    assert "--nbval-lax" in command and "--full" not in command and "--soak" not in command
 
 
-def test_test_command_passes_arguments_to_pytest(monkeypatch):
-    seen = {}
-    monkeypatch.setattr(commands, "_follow", lambda jobs, settings: seen.update(jobs) or 0)
-    monkeypatch.setattr(environment, "enter", lambda extras: seen.update(extras=extras))
-    assert commands.main(["test", "--full", "-k", "checks", "-x"]) == 0
-    assert seen["extras"] == ("test", "browser")
-    assert seen["tests"][-4:] == ["--full", "-k", "checks", "-x"]
-    seen.clear()
-    assert commands.main(["test"]) == 0
-    assert seen["unit tests"][-1] == "tests" and "--full" not in seen["unit tests"]
+@pytest.mark.parametrize("how", ["--full", "--soak"])
+def test_test_command_passes_arguments_to_pytest(called, how):
+    assert commands.main(["test", how, "-k", "checks", "-x"]) == 1
+    assert called[1][0][1:] == ["-m", "pytest", how, "-k", "checks", "-x"]
+
+
+def test_a_setting_of_the_users_own_is_kept(monkeypatch):
+    show = "import os; raise SystemExit(int(os.environ['OPENBLAS_NUM_THREADS']))"
+    for said, wanted in ((None, 1), ("4", 4)):
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", said) if said else monkeypatch.delenv(
+            "OPENBLAS_NUM_THREADS", raising=False
+        )
+        assert commands._call([sys.executable, "-c", show], ".", {"OPENBLAS_NUM_THREADS": "1"}) == wanted
 
 
 def test_report_errors_are_lines(monkeypatch, capsys, tmp_path):

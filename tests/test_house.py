@@ -94,21 +94,38 @@ def test_front_door_is_light():
 
 def test_core_loads_without_plotting():
     rooms = [room for rooms in ROOMS[:-1] for room in rooms]
-    names = {home.partition(".")[0] for home in rigsim._HOME.values()} & set(rooms)
-    statement = "import rigsim\n" + "".join(
-        f"rigsim.{name}\n" for name, home in rigsim._HOME.items() if home.partition(".")[0] in names
-    )
+    homes = {name: re.split("[.:]", home)[0] for name, home in rigsim._HOME.items()}
+    statement = "import rigsim\n" + "".join(f"rigsim.{name}\n" for name, home in homes.items() if home in rooms)
     assert not loaded_by(statement) & {"matplotlib", "ipywidgets", "IPython", "nbconvert"}
 
 
 @pytest.mark.parametrize("name", rigsim.__all__)
 def test_public_name_loads(name):
-    value = getattr(rigsim, name)
-    assert value.__name__ == name
-    assert value.__module__ == f"rigsim.{rigsim._HOME[name]}", (
-        "the table should name the module the thing is defined in"
-    )
+    value, home = getattr(rigsim, name), f"rigsim.{rigsim._HOME[name].replace(':', '.')}"
+    if inspect.ismodule(value):
+        assert value.__name__ == home
+    else:
+        assert value.__name__ == name
+        assert value.__module__ == home, "the table should name the module the thing is defined in"
     assert name in dir(rigsim)
+
+
+def test_no_public_name_hides_a_room():
+    """`import rigsim.x` sets the attribute x of rigsim: a thing of that name would be gone."""
+    assert not {path.parts[0].removesuffix(".py") for path in modules()} & set(rigsim.__all__)
+    assert len(rigsim.__all__) < 50, "the front door is small"
+
+
+@pytest.mark.parametrize(
+    "room", sorted(path.parent for path in PACKAGE.rglob("__init__.py")), ids=lambda room: room.name
+)
+def test_every_room_says_what_belongs_there(room):
+    assert ast.get_docstring(ast.parse((room / "__init__.py").read_text(encoding="utf-8")))
+
+
+def test_files_hold_one_idea():
+    long = {str(path) for path in modules() if len((PACKAGE / path).read_text(encoding="utf-8").splitlines()) > 420}
+    assert not long
 
 
 def test_unknown_name_is_an_attribute_error():
@@ -130,9 +147,17 @@ def undocumented(function, text):
     return [name for name in inspect.signature(function).parameters if name not in named]
 
 
-@pytest.mark.parametrize("name", rigsim.__all__)
-def test_every_argument_is_documented(name):
-    public = getattr(rigsim, name)
+def public_things():
+    """Names that users reach, and what they are; those of a module that the front door hands on, too."""
+    for name in rigsim.__all__:
+        value = getattr(rigsim, name)
+        yield name, value
+        if inspect.ismodule(value):
+            yield from ((f"{name}.{inner}", getattr(value, inner)) for inner in value.__all__)
+
+
+@pytest.mark.parametrize(("name", "public"), list(public_things()))
+def test_every_argument_is_documented(name, public):
     assert inspect.getdoc(public), f"{name} has no docstring"
     if inspect.isfunction(public):
         assert not undocumented(public, inspect.getdoc(public))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from rigsim import Nondimensional, OscillatorParameters, RigParameters
-from rigsim.parameters import oscillator_of
+from rigsim import OscillatorParameters, RigParameters
+from rigsim.parameters import Nondimensional, oscillator_of
 
 RIG = RigParameters()
 

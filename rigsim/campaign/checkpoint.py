@@ -24,33 +24,35 @@ class Checkpoint:
         File to continue, or to begin if it does not exist.
     key : str
         `fingerprint` of the problem.
+    code : str
+        `code.code_fingerprint` of what computes the chunks.
 
     Raises
     ------
     ValueError
-        If the file belongs to another problem, is no checkpoint, or cannot be opened.
+        If the file belongs to another problem or to other code, is no checkpoint, or cannot be opened.
     """
 
-    def __init__(self, path, key):
+    def __init__(self, path, key, code):
         self.path = os.fspath(path)
         try:
             self._database = sqlite3.connect(self.path, timeout=30.0)
             try:
-                self._open(key)
+                self._open(key, code)
             except BaseException:
                 self._database.close()
                 raise
         except sqlite3.DatabaseError as error:
             raise ValueError(f"checkpoint = {self.path!r} cannot be used as a checkpoint file: {error}") from None
 
-    def _open(self, key):
+    def _open(self, key, code):
         with self._database:  # one transaction: two processes may begin at once
             self._database.execute("BEGIN IMMEDIATE")
             if not self._database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
                 self._database.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
-                self._database.execute("CREATE TABLE problem (key TEXT)")
+                self._database.execute("CREATE TABLE problem (key TEXT, code TEXT)")
                 self._database.execute("CREATE TABLE chunk (number INTEGER PRIMARY KEY, arrays BLOB)")
-                self._database.execute("INSERT INTO problem VALUES (?)", (key,))
+                self._database.execute("INSERT INTO problem VALUES (?, ?)", (key, code))
             elif self._database.execute("PRAGMA application_id").fetchone()[0] != _APPLICATION_ID:
                 raise ValueError(
                     f"checkpoint = {self.path!r} is a database of another program; expected a new file name"
@@ -59,6 +61,11 @@ class Checkpoint:
                 raise ValueError(
                     f"checkpoint = {self.path!r} belongs to another problem; expected the arguments it was begun with, "
                     "or a new file name"
+                )
+            elif self._database.execute("SELECT code FROM problem").fetchone()[0] != code:
+                raise ValueError(
+                    f"checkpoint = {self.path!r} was begun by other code, or on other packages, than compute now; "
+                    "expected those it was begun with, or a new file name"
                 )
 
     def load(self):

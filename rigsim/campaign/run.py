@@ -8,8 +8,9 @@ from concurrent.futures import as_completed
 
 import numpy as np
 
-from .. import __version__, checks
+from .. import checks
 from .checkpoint import Checkpoint, fingerprint
+from .code import code_fingerprint
 from .progress import reporting
 
 
@@ -75,13 +76,13 @@ def run_chunks(work, chunks, *, description=None, executor=None, progress=False,
     Raises
     ------
     ValueError
-        If the checkpoint is of another problem or no checkpoint.
+        If the checkpoint is of another problem, begun by other code, or no checkpoint.
     """
     chunks = list(chunks)
     if checkpoint is None:
         return _run(work, chunks, executor, progress, label, {}, lambda number, arrays: None)
-    key = fingerprint(__version__, work.__module__, work.__qualname__, chunks, description)
-    with Checkpoint(checkpoint, key) as store:
+    key = fingerprint(work.__module__, work.__qualname__, chunks, description)
+    with Checkpoint(checkpoint, key, code_fingerprint(work)) as store:
         return _run(work, chunks, executor, progress, label, store.load(), store.save)
 
 

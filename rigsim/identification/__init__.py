@@ -1,0 +1,1 @@
+"""From a record to parameters: subspace, nonlinear identification, receptances, physical parameters."""

@@ -1,0 +1,1 @@
+"""What moves: wires (a new force law goes here), oscillator, multi-body rig, and what shakes it; the door to pymunk."""

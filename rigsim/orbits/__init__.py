@@ -1,0 +1,1 @@
+"""Converged periodic motions: harmonic balance, continuation, stability, shooting, subharmonics."""

@@ -1,0 +1,1 @@
+"""The paper's claims: its virtual experiment, and every number and sentence of it printed against computed."""

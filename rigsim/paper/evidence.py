@@ -12,16 +12,18 @@ from ..identification.identify import identify
 from ..model.excitation import Tap
 from ..model.planar import linear_modes, static_equilibrium
 from ..parameters import RigParameters
+from ..results import Result
 from ..theory.amplitude import frequency_response
 from ..theory.detached import detached_curves
 from .virtual_experiment import overlay, virtual_experiment
 
 _SINGLE = 12  # sine tests of the single-set rig, each from rest and tapped
 _READINGS = ("all", "force", "none")
+_RUNS = ("record", "readings", "experiment", "single")
 
 
-@dataclass(frozen=True, eq=False)
-class Evidence:
+@dataclass(frozen=True, eq=False, repr=False)
+class Evidence(Result):
     """The paper's virtual experiment on one rig; every part is run when first asked for, and kept.
 
     Parameters
@@ -61,6 +63,22 @@ class Evidence:
         object.__setattr__(self, "force", checks.positive("force", self.force, "N"))
         object.__setattr__(self, "frequency", checks.array("frequency", self.frequency, "Hz", low=LOWEST))
 
+    def summary(self):
+        """One line: what is run on which rig, and what has been run so far."""
+        run = ", ".join(name for name in _RUNS if name in vars(self)) or "nothing"
+        return (
+            f"Evidence: a random test of {self.duration:g} s at {self.rms:g} N rms and sine tests of {self.force:g} N "
+            f"at {self.frequency.size} frequencies of a rig with {self.rig.wire_sets} wire sets; run so far: {run}"
+        )
+
+    def table(self):
+        """`pandas.DataFrame` with a row for each result so far, or None; nothing is run for it."""
+        import pandas as pd
+
+        run = {name: vars(self)[name] for name in _RUNS if vars(self).get(name) is not None}
+        run |= {f'reading "{name}"': result for name, result in run.pop("readings", {}).items()}
+        return pd.DataFrame({"result": {name: result.summary() for name, result in run.items()}}) if run else None
+
     @cached_property
     def record(self):
         """`Record` of the random test."""
@@ -88,7 +106,7 @@ class Evidence:
 
     @cached_property
     def detached(self):
-        """Tuple of `DetachedCurve` at the force, from the identified parameters."""
+        """Detached curves at the force, from the identified parameters."""
         return detached_curves(self.theory, self.force)
 
     @cached_property

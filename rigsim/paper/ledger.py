@@ -6,11 +6,14 @@ from html import escape
 
 from .. import checks
 from ..parameters import RigParameters
-from ..results import Result
+from ..results import Result, ResultSequence
 from .evidence import Evidence
-from .ledger_rows import OTHER_RIG, PAPER_RIG, ROWS, Number
+from .rows import ROWS
+from .rows.entry import Number
 
-CLOSE = 1e-3  # relative difference still called close, beyond the printed digits
+_CLOSE = 1e-3  # relative difference still called close, beyond the printed digits
+# The rows' causes are those of the paper's rig.
+_PAPER_RIG, _OTHER_RIG = RigParameters(), "computed on a rig that is not the paper's"
 _KEY = (
     "A number agrees (yes) where it rounds to the printed digits, and is close within 0.1 %. A claim holds, holds "
     "partly, or does not. Where theory has three solutions, they are called low, middle and high by the size of z."
@@ -71,22 +74,24 @@ class LedgerRow:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Ledger(Result):
-    """Every number and claim of the paper beside what the companion computes.
+class Ledger(ResultSequence):
+    """Every number and claim of the paper beside what the companion computes: a sequence of `LedgerRow`.
 
     Attributes
     ----------
-    rows : tuple of LedgerRow
+    members : tuple of LedgerRow
     evidence : Evidence
         What they were computed from.
     """
 
-    rows: tuple
+    members: tuple
     evidence: Evidence
+
+    __repr__ = Result.__repr__  # a table of a hundred sentences is for a page
 
     def count(self, kind, agrees):
         """How many rows of a kind ("number", "claim") agree so."""
-        return sum(row.kind == kind and row.agrees == agrees for row in self.rows)
+        return sum(row.kind == kind and row.agrees == agrees for row in self)
 
     def summary(self):
         """One line: how many rows agree."""
@@ -94,7 +99,7 @@ class Ledger(Result):
             ("yes", "to the printed digits"), ("close", "within 0.1 %"), ("no", "not"),
         ))  # fmt: skip
         claims = ", ".join(f"{self.count('claim', word)} {word}" for word in ("yes", "partly", "no"))
-        return f"Ledger of {len(self.rows)} rows. Numbers that agree: {numbers}. Claims that hold: {claims}."
+        return f"Ledger of {len(self)} rows. Numbers that agree: {numbers}. Claims that hold: {claims}."
 
     def only(self, *sections):
         """The `Ledger` of these sections alone.
@@ -105,8 +110,8 @@ class Ledger(Result):
             If there is no such section.
         """
         for section in sections:
-            checks.one_of("section", section, tuple(dict.fromkeys(row.section for row in self.rows)))
-        return Ledger(tuple(row for row in self.rows if row.section in sections), self.evidence)
+            checks.one_of("section", section, tuple(dict.fromkeys(row.section for row in self)))
+        return Ledger(tuple(row for row in self if row.section in sections), self.evidence)
 
     def row(self, section, item):
         """The one row of this section and item.
@@ -116,7 +121,7 @@ class Ledger(Result):
         ValueError
             If there is no such row.
         """
-        found = [row for row in self.rows if (row.section, row.item) == (section, item)]
+        found = [row for row in self if (row.section, row.item) == (section, item)]
         if not found:
             raise ValueError(f"row ({section!r}, {item!r}) is not in the ledger; see ledger.table()")
         return found[0]
@@ -126,17 +131,17 @@ class Ledger(Result):
         import pandas as pd
 
         columns = ["section", "item", "kind", "unit", "printed", "computed", "difference", "percent", "agrees", "cause"]
-        rows = [[getattr(row, name) for name in columns] for row in self.rows]
+        rows = [[getattr(row, name) for name in columns] for row in self]
         return pd.DataFrame(rows, columns=[*columns[:7], "difference [%]", *columns[8:]])
 
     def _repr_html_(self):
-        sections = dict.fromkeys(row.section for row in self.rows)
+        sections = dict.fromkeys(row.section for row in self)
         tables = "".join(
-            _table(section, [row for row in self.rows if row.section == section and row.kind == kind], kind)
+            _table(section, [row for row in self if row.section == section and row.kind == kind], kind)
             for section in sections
             for kind in ("number", "claim")
         )
-        words = f"<p>{escape(self.summary())}</p><p>{_KEY}</p>" if len(self.rows) == len(ROWS) else ""
+        words = f"<p>{escape(self.summary())}</p><p>{_KEY}</p>" if len(self) == len(ROWS) else ""
         return f'<div class="rigsim-ledger"><style>{_STYLE}</style>{words}{tables}</div>'
 
 
@@ -189,8 +194,8 @@ def _compute(entry, evidence):
 
 
 def _cause(entry, evidence):
-    if evidence.rig != PAPER_RIG:
-        return OTHER_RIG
+    if evidence.rig != _PAPER_RIG:
+        return _OTHER_RIG
     return entry.cause(evidence) if callable(entry.cause) else entry.cause
 
 
@@ -198,7 +203,7 @@ def _agreement(printed, computed):
     half = Decimal(printed).as_tuple().exponent
     if abs(computed - float(printed)) <= 0.5 * 10.0**half * (1 + 1e-9):
         return "yes"
-    return "close" if abs(computed / float(printed) - 1) <= CLOSE else "no"
+    return "close" if abs(computed / float(printed) - 1) <= _CLOSE else "no"
 
 
 def _decimals(row):
@@ -225,7 +230,7 @@ def _table(section, rows, kind):
 
 
 def _line(row):
-    unit = f" ({row.unit})" if row.unit else ""
+    unit = f" [{row.unit}]" if row.unit else ""
     cells = [f'<th scope="row">{escape(row.item + unit)}</th>']
     if row.kind == "number":
         texts = (row.printed, row.shown, *_difference(row))

@@ -32,42 +32,19 @@ class Overlay(Result):
         Theory at the frequencies of the tests, each once, ascending.
     tests : tuple of SineTest
         In the order they were run.
+    status : tuple of ndarray of Status
+        As the tests', but ELSEWHERE for those that settled near no solution.
     branch : tuple of ndarray of str
         For each test of each campaign "low", "middle", "high" (by abs(z), where theory has three solutions), "only"
-        (where it has one), or the reason why none: "subharmonic", "still drifting", "not periodic", "flew apart",
-        "elsewhere" (settled, but near no solution).
+        (where it has one), or its status in words, the reason why none.
     """
 
     response: FrequencyResponse
     tests: tuple
+    status: tuple
     branch: tuple
 
     plots = {"branches": "branches_figure"}
-
-    def theory(self, band, parameters=None):
-        """The theory's curves over a whole band, at the force of the tests.
-
-        Parameters
-        ----------
-        band : pair of float
-            Hz.
-        parameters : RigParameters or OscillatorParameters, optional
-            By default those that the tests were compared with.
-
-        Returns
-        -------
-        FrequencyResponse
-
-        Raises
-        ------
-        ValueError
-            If the band is not two ascending frequencies.
-        """
-        low, high = checks.array("band", band, "Hz", low=0.0, low_open=True, min_size=2)
-        if low >= high:
-            raise ValueError(f"band = {tuple(band)} Hz is not allowed; expected its lower end first")
-        parameters = self.response.parameters if parameters is None else parameters
-        return frequency_response(parameters, self.response.force, np.linspace(low, high, 701))
 
     def reached(self):
         """Whether some test settled on each solution, bool array of shape (n, 3) as in ``response``."""
@@ -87,6 +64,31 @@ class Overlay(Result):
             (float(self.response.frequency[i]), BRANCHES[j] if several[i] else "only") for i, j in np.argwhere(lost)
         ]
 
+    def theory(self, band=(10.0, 80.0), parameters=None):
+        """Theory at 701 frequencies of a band, as lines between the tests.
+
+        Parameters
+        ----------
+        band : pair of float
+            Hz.
+        parameters : OscillatorParameters or RigParameters, optional
+            By default those of ``response``.
+
+        Returns
+        -------
+        FrequencyResponse
+
+        Raises
+        ------
+        ValueError
+            If the band is not two ascending frequencies.
+        """
+        low, high = checks.array("band", band, "Hz", low=0.0, low_open=True, min_size=2)
+        if low >= high:
+            raise ValueError(f"band = {tuple(band)} Hz is not allowed; expected its lower end first")
+        parameters = self.response.parameters if parameters is None else parameters
+        return frequency_response(parameters, self.response.force, np.linspace(low, high, 701))
+
     def summary(self):
         """One line: tests, named ones, what was missed."""
         names = np.concatenate(self.branch)
@@ -101,7 +103,7 @@ class Overlay(Result):
         import pandas as pd
 
         rows = []
-        for test, branch in zip(self.tests, self.branch, strict=True):
+        for test, status, branch in zip(self.tests, self.status, self.branch, strict=True):
             nearest, distance = _nearest(self.response, test)
             known = np.isin(branch, (*BRANCHES, "only"))
             rows.append(
@@ -111,7 +113,7 @@ class Overlay(Result):
                         "trial": [trial_name(tap) for tap in test.tap],
                         "duration [s]": test.time[-1],
                         "branch": branch,
-                        "status": test.status,
+                        "status": status,
                         "rig |z| [mm]": 1e3 * np.abs(test.relative),
                         "theory |z| [mm]": np.where(known, 1e3 * np.abs(nearest), np.nan),
                         "distance [%]": np.where(known, 100 * distance, np.nan),
@@ -153,7 +155,8 @@ def overlay(parameters, *tests):
         raise ValueError(f"force = {forces[0]:g} to {forces[-1]:g} N in the tests; expected one force for one curve")
     frequency = np.unique(np.concatenate([test.frequency for test in tests]))
     response = frequency_response(parameters, forces[0], frequency)
-    return Overlay(response, tests, tuple(_name(response, test) for test in tests))
+    status, branch = zip(*(_name(response, test) for test in tests), strict=True)
+    return Overlay(response, tests, status, branch)
 
 
 def virtual_experiment(rig, force, frequency, theory=None, *, duration=3.0, progress=False, executor=None):
@@ -212,9 +215,11 @@ def _nearest(response, test):
 
 
 def _name(response, test):
+    """Status and branch of each test, both of shape (n,)."""
     at = np.searchsorted(response.frequency, test.frequency)
     nearest, distance = _nearest(response, test)
     order = (response.relative[at] == nearest[:, None]).argmax(axis=1)
     names = np.where(response.count[at] == 3, np.array(BRANCHES)[order], "only")
-    names = np.where(distance <= _NEAR, names, "elsewhere")
-    return np.where(test.status == Status.SETTLED, names, [str(one) for one in test.status])
+    # ~(<=), not >: the distance of a rig that flew apart is NaN
+    status = np.where((test.status == Status.SETTLED) & ~(distance <= _NEAR), Status.ELSEWHERE, test.status)
+    return status, np.where(status == Status.SETTLED, names, [str(one) for one in status])

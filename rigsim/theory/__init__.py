@@ -1,0 +1,1 @@
+"""The response with one harmonic, in closed form: amplitudes, folds, detached curves, and when they come and go."""

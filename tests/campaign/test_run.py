@@ -2,6 +2,7 @@
 
 import io
 import os
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -13,7 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import rigsim
 from rigsim import OscillatorParameters, RigParameters
+from rigsim.campaign import code
 from rigsim.campaign.checkpoint import fingerprint
 from rigsim.campaign.progress import reporting
 from rigsim.campaign.run import join, run_chunks, split
@@ -104,6 +107,40 @@ def test_refuses_the_checkpoint_of_another_problem(tmp_path, change):
     }.get(change, {"work": same_bits})
     with pytest.raises(ValueError, match="belongs to another problem"):
         run_chunks(other["work"], other["chunks"], description=other["description"], checkpoint=file)
+
+
+_SWEEP = """
+import sys, rigsim
+try:
+    rigsim.sine_test(rigsim.RigParameters(), 3.18, 20.0, duration=1, checkpoint=sys.argv[1])
+except ValueError as error:
+    print(error)
+"""
+
+
+def test_refuses_the_checkpoint_of_other_code(tmp_path):
+    """Only what a sweep can reach counts: figures may change between its parts, its rooms may not."""
+    package = shutil.copytree(Path(rigsim.__file__).parent, tmp_path / "rigsim")
+    command = [sys.executable, "-c", _SWEEP, str(tmp_path / "sweep.sqlite")]
+    settings = {**os.environ, "PYTHONPATH": str(tmp_path)}
+
+    def said():
+        return subprocess.run(command, env=settings, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+
+    assert said() == ""
+    (package / "campaign" / "progress.py").write_bytes((package / "campaign" / "progress.py").read_bytes())
+    with (package / "present" / "svg.py").open("a") as text:
+        text.write("# changed\n")
+    assert said() == ""
+    with (package / "checks.py").open("a") as text:
+        text.write("# changed\n")
+    assert "was begun by other code" in said() and len(said().splitlines()) == 1
+
+
+def test_refuses_a_checkpoint_where_files_have_changed_under_the_running_code(tmp_path, monkeypatch):
+    monkeypatch.setattr(code, "_LOADED", 0.0)
+    with pytest.raises(ValueError, match="has changed since this Python started"):
+        run_chunks(work, CHUNKS, checkpoint=tmp_path / "campaign.sqlite")
 
 
 def test_refuses_other_files_and_leaves_them_alone(tmp_path):

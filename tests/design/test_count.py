@@ -41,30 +41,34 @@ def near_edges(sets, seed):
     return np.array(rows)
 
 
-def check(count, near_count, capsys):
-    sets = random_sets(count, seed=21)
-    many = random_sets(60 * near_count, seed=22)
+def check(count, near_count, tell, seed=21):
+    sets = random_sets(count, seed)
+    many = random_sets(60 * near_count, seed + 1)
     counts = judge(many)[0]
     with_curves = many[counts.any(axis=1)][:near_count]
-    near = near_edges(many[: 8 * near_count], seed=23)
+    near = near_edges(many[: 8 * near_count], seed + 2)
     wrong = {}
     for name, tried in {"random": sets, "with detached curves": with_curves, "near an edge": near}.items():
         found = judge(tried)[0].tolist()
         wrong[name] = sum(tuple(a) != certified(b) for a, b in zip(found, tried.tolist(), strict=True))
-    with capsys.disabled():
-        print(f"\n{len(sets)} random sets, {len(with_curves)} with detached curves and {len(near)} forces within 1e-6")
-        print(f"of where one comes or goes, none discarded: {wrong} wrong")
+    tried = f"{len(sets)} random sets, {len(with_curves)} with detached curves and {len(near)} forces within 1e-6"
+    tell(f"counts by exact roots, {tried} of where one comes or goes, none discarded: {wrong} wrong")
     assert len(with_curves) == near_count and len(near) > near_count
     assert not any(wrong.values())
 
 
-def test_no_set_is_classified_wrongly(capsys):
-    check(200, 40, capsys)
+def test_no_set_is_classified_wrongly(tell):
+    check(200, 40, tell)
 
 
 @pytest.mark.full
-def test_no_set_is_classified_wrongly_by_the_thousand(capsys):
-    check(10_000, 1000, capsys)
+def test_no_set_is_classified_wrongly_by_the_thousand(tell):
+    check(10_000, 1000, tell)
+
+
+@pytest.mark.soak
+def test_no_set_is_classified_wrongly_in_a_long_run(tell):
+    check(30_000, 3000, tell, seed=2026)
 
 
 def test_doubtful_sets_are_decided_by_integers(monkeypatch):

@@ -274,15 +274,13 @@ def test_summary_and_table(readings):
     assert np.abs(table["error [%]"]).max() < 3e-3
 
 
-def test_200_000_samples_need_little_memory(clean_record, capsys):
+def test_200_000_samples_need_little_memory(clean_record, tell):
     tracemalloc.start()
     begun = time.perf_counter()
     identify(clean_record)
     seconds, (_, peak) = time.perf_counter() - begun, tracemalloc.get_traced_memory()
     tracemalloc.stop()
     resident = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    with capsys.disabled():
-        print(
-            f"\nidentify, 200 000 samples: {seconds:.2f} s traced, {peak / 2**20:.0f} MiB, process {resident:.0f} MiB"
-        )
+    memory = f"{peak / 2**20:.0f} MiB, process {resident:.0f} MiB"
+    tell(f"identify, 200 000 samples: {seconds:.2f} s traced, {memory}")
     assert peak < 2**28

@@ -9,7 +9,10 @@ import pytest
 from rigsim import OscillatorParameters, RigParameters, frequency_response
 from rigsim.paper.evidence import Evidence
 from rigsim.paper.ledger import ledger
-from rigsim.paper.ledger_rows import PRINTED, ROWS, amplitude_equation, fitted_amplitude
+from rigsim.paper.printed import PRINTED
+from rigsim.paper.rows import ROWS
+from rigsim.paper.rows.response import amplitude_equation
+from rigsim.paper.rows.rig import fitted_amplitude
 
 FREQUENCY = [12.0, 30.0, 45.0, 52.0, 66.0]
 RIG = RigParameters()
@@ -28,22 +31,22 @@ def changed():
 
 
 def test_covers_every_printed_number_and_the_claims(paper):
-    assert len(paper.rows) >= 40
+    assert len(paper) >= 40
     for section, symbols in PRINTED.items():
         if section != "Claims":
-            assert sum(row.section == section and row.kind == "number" for row in paper.rows) >= len(symbols)
-    names = [(row.section, row.item) for row in paper.rows]
+            assert sum(row.section == section and row.kind == "number" for row in paper) >= len(symbols)
+    names = [(row.section, row.item) for row in paper]
     assert len(set(names)) == len(names)
-    assert sum(row.kind == "claim" for row in paper.rows) >= 25
+    assert sum(row.kind == "claim" for row in paper) >= 25
 
 
 def test_every_difference_has_a_cause_and_only_differences_do(paper):
-    for row in paper.rows:
+    for row in paper:
         assert (row.agrees == "yes") == (row.cause == ""), row
 
 
 def test_a_number_agrees_where_it_rounds_to_the_printed_digits(paper):
-    for row in paper.rows:
+    for row in paper:
         if row.kind == "claim":
             assert row.agrees in ("yes", "partly", "no")
             continue
@@ -93,8 +96,8 @@ def test_what_the_causes_say_is_computed(paper):
 
 def test_rows_move_with_the_rig(paper, changed):
     """No computed value is a literal: other parameters, other rows; what does not depend on them stays."""
-    moved = {(a.section, a.item) for a, b in zip(paper.rows, changed.rows, strict=True) if a.computed != b.computed}
-    numbers = {(row.section, row.item) for row in paper.rows if row.kind == "number"}
+    moved = {(a.section, a.item) for a, b in zip(paper, changed, strict=True) if a.computed != b.computed}
+    numbers = {(row.section, row.item) for row in paper if row.kind == "number"}
     fixed = {(section, item) for section in ("Table 1", "Table 2", "Tests") for item in PRINTED[section]}
     fixed |= {(section, item) for section, item in numbers if "as printed" in item}  # printed values among themselves
     assert not numbers - moved - fixed
@@ -105,7 +108,7 @@ def test_rows_move_with_the_rig(paper, changed):
     assert changed.row("Table 4", "c").computed == pytest.approx(0.05, rel=1e-3)
     assert changed.row("Table 5", "zeta").computed == pytest.approx(0.007155 * 0.05 / 0.026, rel=1e-3)
     assert changed.row("Table 3", "damping ratio of mode 1").computed > 0.05
-    for row in changed.rows:
+    for row in changed:
         assert row.agrees == "yes" or "not the paper's" in row.cause
 
 
@@ -140,9 +143,9 @@ def test_fitted_amplitude_is_the_reach_of_the_fit():
 
 def test_shows_every_row_in_words(paper):
     html = paper._repr_html_()
-    assert html.count('<th scope="row">') == len(paper.rows) == len(paper.table()) == len(ROWS)
+    assert html.count('<th scope="row">') == len(paper) == len(paper.table()) == len(ROWS)
     assert "<table><caption>" in html and 'scope="col"' in html
-    for row in paper.rows:
+    for row in paper:
         assert f"<td>{row.agrees}</td>" in html
     assert repr(paper) == paper.summary() and "rows" in paper.summary()
 
@@ -165,6 +168,6 @@ def test_unknown_row(paper):
 
 def test_sections_apart(paper):
     part = paper.only("Table 4", "Fig. 5")
-    assert {row.section for row in part.rows} == {"Table 4", "Fig. 5"}
+    assert {row.section for row in part} == {"Table 4", "Fig. 5"}
     with pytest.raises(ValueError, match="section = 'Table 9' is not allowed"):
         paper.only("Table 9")

@@ -47,23 +47,27 @@ def near_events(sets, seed):
             yield parameters, event.force * (1 - 1e-6), event.force * (1 + 1e-6)
 
 
-def check_random_sets(count, near_count, capsys):
-    wrong = [p for p in random_sets(count, seed=5) if not compare(p, 1.0)]
-    near = list(near_events(random_sets(near_count, seed=6), seed=7))
+def check_random_sets(count, near_count, tell, seed=5):
+    wrong = [p for p in random_sets(count, seed) if not compare(p, 1.0)]
+    near = list(near_events(random_sets(near_count, seed + 1), seed + 2))
     wrong_near = [p for p, below, above in near if not (compare(p, below) and compare(p, above))]
-    with capsys.disabled():
-        print(f"\n{count} sets and {2 * len(near)} forces within 1e-6 of an event tried, none discarded: ", end="")
-        print(f"{len(wrong)} and {len(wrong_near)} miscounts")
+    tried = f"{count} random sets and {2 * len(near)} forces within 1e-6 of an event"
+    tell(f"folds by exact roots, {tried}, none discarded: {len(wrong)} and {len(wrong_near)} miscounts")
     assert not wrong and not wrong_near
 
 
-def test_folds_are_the_certified_roots_of_the_discriminant(capsys):
-    check_random_sets(300, 60, capsys)
+def test_folds_are_the_certified_roots_of_the_discriminant(tell):
+    check_random_sets(300, 60, tell)
 
 
 @pytest.mark.full
-def test_folds_are_the_certified_roots_of_the_discriminant_by_the_thousand(capsys):
-    check_random_sets(10_000, 600, capsys)
+def test_folds_are_the_certified_roots_of_the_discriminant_by_the_thousand(tell):
+    check_random_sets(10_000, 600, tell)
+
+
+@pytest.mark.soak
+def test_folds_are_the_certified_roots_of_the_discriminant_in_a_long_run(tell):
+    check_random_sets(60_000, 6000, tell, seed=2026)
 
 
 def test_the_fold_polynomial_has_the_known_degrees():

@@ -15,7 +15,7 @@ import numpy as np
 
 from ... import checks
 from ..figures.style import BLACK, BLUE, log_scale, style, subplots
-from ..svg import unique_ids
+from ..figures.svg import unique_ids
 from .paths import KINDS, handles, look, path_of
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from rigsim import RigParameters, frequency_response, harmonics_worth, orbits_figure, periodic_orbits
+from rigsim import RigParameters, frequency_response, harmonics_worth, periodic_orbits
+from rigsim.present.figures.orbits import orbits_figure
 
 
 @pytest.fixture(scope="module")

@@ -6,10 +6,10 @@ import re
 import numpy as np
 import pytest
 
+from rigsim.present.figures.svg import unique_ids
 from rigsim.present.moving.paths import _line
 from rigsim.present.moving.plot import Curve, MovingPlot, Panel
 from rigsim.present.moving.shapes import Shape, animate
-from rigsim.present.svg import unique_ids
 
 X = np.linspace(10.0, 80.0, 400)
 VALUES = np.array([1.0, 2.0, 4.0])

@@ -1,118 +1,18 @@
-"""Reports: maths, links, tables and errors, without a browser."""
+"""Reports from notebooks to pages, without a browser."""
 
 import html
 import json
 import os
 import re
 import sys
-from pathlib import Path
-from xml.etree import ElementTree
 
-import pandas as pd
 import pytest
 from bs4 import BeautifulSoup
 from nbformat.v4 import new_code_cell, new_markdown_cell
 
-from rigsim.present.report.build import (
-    ReportError,
-    _check_self_contained,
-    _Document,
-    _preformatted,
-    build_reports,
-    mathml,
-)
+from rigsim.present.report.build import build_reports
+from rigsim.present.report.run import ReportError
 from tests.present.small_notebooks import FAILING, SECOND, write_notebook
-
-
-def text_of(mathml_text):
-    """What is written, in reading order, without the gaps."""
-    return "".join(ElementTree.fromstring(mathml_text.replace("&nbsp;", " ")).itertext()).replace(" ", "")
-
-
-@pytest.mark.parametrize(
-    ("latex", "written"),
-    [
-        (r"\frac{9}{16}\gamma^2", "916γ2"),
-        (r"\mathrm{N/m^3}", "N/m3"),
-        (r"\operatorname{Re}(U e^{i \omega t})", "Re(Ueiωt)"),
-        (r"x = 1 \tag{3a}", "x=1(3a)"),
-        (r"\begin{align} a &= b \tag{1} \\[2pt] c &= d \label{eq:d} \end{align}", "a=b(1)c=d"),
-        (r"\begin{aligned} a &= b \\ c &= d \end{aligned}", "a=bc=d"),
-        (r"\begin{equation} x < 1 \end{equation}", "x<1"),
-        (r"\begin{cases} 1 & x > 0 \\ 0 & \text{else} \end{cases}", "{1x>00else"),
-        (r"\begin{bmatrix} a & b \\ c & d \end{bmatrix}", "[abcd]"),
-    ],
-)
-def test_maths_becomes_mathml(latex, written):
-    result = mathml(latex, display=True)
-    assert "<math" in result
-    assert text_of(result).replace("\u2003", "") == written
-
-
-@pytest.mark.parametrize("latex", [r"\nosuchcommand{x}", r"a \begin{align} b", "x & y", r"\frac{a}{", "}", ""])
-def test_maths_that_cannot_be_converted_stays_readable(latex):
-    result = mathml(latex, display=True)
-    ElementTree.fromstring(result)
-    assert "<math" in result or html.escape(latex) in result
-
-
-def test_units_stand_upright():
-    assert "<mi>Hz</mi>" in mathml(r"3\,\mathrm{Hz}")
-    assert '<mi mathvariant="normal">' in mathml(r"3\,\mathrm{N}")
-    assert '<mi mathvariant="normal">' not in mathml("N")
-
-
-def test_dollars_that_are_not_maths_are_left_alone():
-    page = _Document(Path("x.ipynb")).markdown("A price of \\$5 and \\$6, `$x$`, `$$y$$`, and\n\n```\n$$ z $$\n```\n")
-    assert "<math" not in page
-    for text in ("$5 and $6", "<code>$x$</code>", "<code>$$y$$</code>", "$$ z $$"):
-        assert text in page
-
-
-@pytest.mark.parametrize(
-    ("url", "wanted"),
-    [
-        ("01_modelling.ipynb", "01_modelling.html"),
-        ("./01_modelling.ipynb#The-rig", "./01_modelling.html#The-rig"),
-        ("https://example.org/a.ipynb", "https://example.org/a.ipynb"),
-        ("#Here", "#Here"),
-    ],
-)
-def test_links_lead_to_reports(url, wanted):
-    assert f'href="{wanted}"' in _Document(Path("x.ipynb")).markdown(f"[text]({url})")
-
-
-def test_headings_are_remembered_and_apart():
-    document = _Document(Path("x.ipynb"))
-    page = document.markdown("# Title\n\n## What is $k_1$?\n\n## Same\n\n## Same\n")
-    assert document.title == "Title" and len(document.headings) == 3
-    names = [name for name, _ in document.headings]
-    assert len(set(names)) == 3 and all(f'id="{name}"' in page for name in names)
-
-
-def test_tables_name_their_headers_and_align_numbers():
-    table = "<table><thead><tr><th></th><th>k</th><th>cause</th></tr></thead><tbody>"
-    table += (
-        "<tr><th>a</th><td>-1.5e-3</td><td>rounded</td></tr><tr><th>b</th><td>2 %</td><td></td></tr></tbody></table>"
-    )
-    soup = BeautifulSoup(_Document(Path("x.ipynb")).accessible_tables(table), "html.parser")
-    assert [(cell.text, cell["scope"]) for cell in soup.find_all("th")] == [
-        ("k", "col"), ("cause", "col"), ("a", "row"), ("b", "row"),
-    ]  # fmt: skip
-    assert [cell.text for cell in soup.find_all(class_="number")] == ["k", "-1.5e-3", "2 %"]
-    box = soup.find("div")
-    assert box["role"] == "region" and box["aria-label"] == "Table 1"
-
-
-def test_pandas_heads_stand_as_their_columns_do():
-    table = pd.DataFrame({"kind": ["inner"], "low [Hz]": [20.5]})._repr_html_()
-    assert "text-align: right" in re.search(r"(?s)<style scoped.*?</style>", table)[0]
-    assert "<style" not in _Document(Path("x.ipynb")).accessible_tables(table)
-
-
-def test_printed_text_is_what_a_terminal_would_leave():
-    assert ">50 &lt; 100</pre>" in _preformatted("10%\r50 < 100\r\n")
-    assert _preformatted("\n") == ""
 
 
 def test_page_holds_what_it_should(small_reports):
@@ -188,24 +88,6 @@ def test_unwritable_page_leaves_no_part_of_it(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disk full"):
         build_reports(notebooks=tmp_path, output=tmp_path / "out", progress=False)
     assert os.listdir(tmp_path / "out") == []
-
-
-@pytest.mark.parametrize(
-    "page",
-    [
-        '<script src="https://x.y/z.js"></script>', '<link rel="stylesheet" href="z.css">', "<img srcset='z.png 2x'>",
-        "<style>@import 'z.css';</style>", "<style>a { background: url(https://x.y/z.png) }</style>",
-        "<p style=\"background: url('z.png')\">", '<svg><use xlink:href="z.svg#a"/></svg>',
-        "<iframe src=z.html></iframe>",
-    ],
-)  # fmt: skip
-def test_whatever_would_load_something_is_refused(page):
-    with pytest.raises(ReportError, match="would load"):
-        _check_self_contained(page, "x")
-
-
-def test_links_and_data_are_not_refused():
-    _check_self_contained('<a href="https://x.y">a</a><img src="data:,"><use href="#a"/><g clip-path="url(#a)"/>', "x")
 
 
 @pytest.mark.parametrize(
