@@ -2,8 +2,6 @@
 
 import numpy as np
 import scipy.fft
-import scipy.linalg
-import scipy.optimize
 
 from ..compiled import compiled
 
@@ -30,103 +28,177 @@ def fit_sines(time, signals, frequencies):
     -----
     Normal equations with one step of refinement, which makes them as good as QR for sines that the time tells
     apart. Their matrix is known in closed form, and the basis is never stored: each sine is a rotation from sample to
-    sample. BLAS would cost a hundred times the arithmetic where its threads wait for each other on a busy machine.
+    sample, all of them side by side in vector instructions. BLAS would cost a hundred times the arithmetic where its
+    threads wait for each other on a busy machine.
     """
     omega = np.concatenate([[0.0], 2 * np.pi * np.asarray(frequencies, dtype=float)])  # the mean is a line at zero
-    spacing = (time[-1] - time[0]) / (len(time) - 1)
-    gram = _gram(time[0], spacing, len(time), omega)
+    residual = np.array(signals, dtype=float, order="C")
+    return _fit(time[0], (time[-1] - time[0]) / (len(time) - 1), residual, omega)[1:], residual
+
+
+@compiled(nogil=True)
+def _fit(start, spacing, residual, omega):
+    """Amplitudes (lines, channels); the residual is left where the signals were."""
+    lines = len(omega)
+    factor = _gram(start, spacing, len(residual), omega)
     # A trace of ridge, which the refinement takes out again, keeps sines that the time cannot tell apart harmless.
-    gram[np.diag_indices_from(gram)] += 1e-12 * len(time)
-    factor = scipy.linalg.cho_factor(gram, check_finite=False)
-    residual = np.array(signals)
-    total = 0.0
+    for i in range(len(factor)):
+        factor[i, i] += 1e-12 * len(residual)
+    _factorise(factor)
+    total = np.zeros((lines, residual.shape[1]), dtype=np.complex128)
+    right = np.empty(len(factor))
     for _ in range(2):
-        sums = _project(time[0], spacing, residual, omega)
-        right = np.concatenate([sums.real, sums.imag[1:]])
-        solution = scipy.linalg.cho_solve(factor, right, check_finite=False)
-        amplitudes = solution[: len(omega)] - 1j * np.concatenate(
-            [np.zeros_like(sums.real[:1]), solution[len(omega) :]]
-        )
-        _subtract(time[0], spacing, residual, omega, amplitudes)
-        total = total + amplitudes
-    return total[1:], residual
+        sums = _project(start, spacing, residual, omega)
+        for channel in range(residual.shape[1]):
+            right[:lines] = sums[:, channel].real
+            right[lines:] = sums[1:, channel].imag
+            _substitute(factor, right)
+            sums[:, channel] = right[:lines]
+            sums[1:, channel] -= 1j * right[lines:]
+        _subtract(start, spacing, residual, omega, sums)
+        total += sums
+    return total
 
 
+@compiled
 def _gram(start, spacing, count, omega):
     """Products of the columns [cos, sin (but for the mean)] summed over the samples, by geometric series."""
-    plus, minus = (_sum_of_rotations(start, spacing, count, np.add.outer(omega, sign * omega)) for sign in (1, -1))
-    cc, ss, cs = (plus + minus).real / 2, (minus - plus).real / 2, (plus - minus).imag / 2
-    return np.block([[cc, cs[:, 1:]], [cs[:, 1:].T, ss[1:, 1:]]])
+    lines = len(omega)
+    gram = np.empty((2 * lines - 1, 2 * lines - 1))
+    for i in range(lines):
+        for j in range(lines):
+            plus = _sum_of_rotations(start, spacing, count, omega[i] + omega[j])
+            minus = _sum_of_rotations(start, spacing, count, omega[i] - omega[j])
+            gram[i, j] = (plus + minus).real / 2
+            if i > 0 and j > 0:
+                gram[lines + i - 1, lines + j - 1] = (minus - plus).real / 2
+            if j > 0:
+                gram[i, lines + j - 1] = gram[lines + j - 1, i] = (plus - minus).imag / 2
+    return gram
 
 
+@compiled
 def _sum_of_rotations(start, spacing, count, omega):
     """Sum over the samples of exp(i omega t)."""
     half = omega * spacing / 2
-    nearly_zero = np.abs(np.sin(half)) < 1e-14
-    kernel = np.where(nearly_zero, count, np.sin(count * half) / np.where(nearly_zero, 1.0, np.sin(half)))
+    nearly_zero = abs(np.sin(half)) < 1e-14
+    kernel = count if nearly_zero else np.sin(count * half) / np.sin(half)
     return kernel * np.exp(1j * (omega * start + (count - 1) * half))
+
+
+@compiled
+def _factorise(a):
+    """Cholesky's factor of a symmetric positive definite matrix, in its lower triangle."""
+    for i in range(len(a)):
+        for j in range(i + 1):
+            rest = a[i, j]
+            for k in range(j):
+                rest -= a[i, k] * a[j, k]
+            a[i, j] = np.sqrt(rest) if i == j else rest / a[j, j]
+
+
+@compiled
+def _substitute(factor, b):
+    """Solve for ``b``, in place, with the factor and its transpose."""
+    n = len(b)
+    for i in range(n):
+        for k in range(i):
+            b[i] -= factor[i, k] * b[k]
+        b[i] /= factor[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            b[i] -= factor[k, i] * b[k]
+        b[i] /= factor[i, i]
+
+
+@compiled
+def _rotations(start, spacing, omega):
+    """Cosine and sine of every line at the first sample, and of its turn to the next."""
+    angles = np.stack((omega * start, omega * spacing))
+    return np.cos(angles), np.sin(angles)
+
+
+@compiled
+def _turn(cos, sin):
+    """Rotate every line to the next sample."""
+    for k in range(cos.shape[1]):
+        real = cos[0, k] * cos[1, k] - sin[0, k] * sin[1, k]
+        sin[0, k] = cos[0, k] * sin[1, k] + sin[0, k] * cos[1, k]
+        cos[0, k] = real
 
 
 @compiled(nogil=True)
 def _project(start, spacing, signals, omega):
     """Sums over the samples of u exp(i omega t), complex, shape (lines, channels)."""
-    sums = np.zeros((len(omega), signals.shape[1]), dtype=np.complex128)
-    for k in range(len(omega)):
-        rotation, turn = np.exp(1j * omega[k] * start), np.exp(1j * omega[k] * spacing)
-        for n in range(len(signals)):
-            for channel in range(signals.shape[1]):
-                sums[k, channel] += rotation * signals[n, channel]
-            rotation *= turn
-    return sums
+    cos, sin = _rotations(start, spacing, omega)
+    real, imag = np.zeros((signals.shape[1], len(omega))), np.zeros((signals.shape[1], len(omega)))
+    for n in range(len(signals)):
+        for channel in range(signals.shape[1]):
+            u = signals[n, channel]
+            for k in range(len(omega)):
+                real[channel, k] += u * cos[0, k]
+                imag[channel, k] += u * sin[0, k]
+        _turn(cos, sin)
+    return (real + 1j * imag).T.copy()
 
 
-@compiled(nogil=True)
+@compiled
 def _subtract(start, spacing, signals, omega, amplitudes):
     """Take Re(U exp(i omega t)) of every line from the signals, in place."""
-    for k in range(len(omega)):
-        rotation, turn = np.exp(1j * omega[k] * start), np.exp(1j * omega[k] * spacing)
-        for n in range(len(signals)):
-            for channel in range(signals.shape[1]):
-                signals[n, channel] -= (amplitudes[k, channel] * rotation).real
-            rotation *= turn
+    cos, sin = _rotations(start, spacing, omega)
+    real, imag = amplitudes.real.T.copy(), amplitudes.imag.T.copy()
+    for n in range(len(signals)):
+        for channel in range(signals.shape[1]):
+            u = signals[n, channel]
+            for k in range(len(omega)):
+                u -= real[channel, k] * cos[0, k] - imag[channel, k] * sin[0, k]
+            signals[n, channel] = u
+        _turn(cos, sin)
 
 
-def strongest_line(time, signal, band):
-    """Frequency and amplitude of the strongest single sine within a band.
+def strongest_lines(time, signal, *bands):
+    """Frequency and amplitude of the strongest single sine within each band.
 
     Parameters
     ----------
     time, signal : ndarray, shape (n,)
         Evenly sampled.
-    band : tuple of float
+    *bands : pair of float
         Where to look (Hz).
 
     Returns
     -------
-    tuple of float
-        Frequency (Hz) and amplitude; the amplitude is 0 where the band holds no frequency.
+    list of tuple of float
+        Frequency (Hz) and amplitude, one a band; the amplitude is 0 where the band holds no frequency.
 
     Notes
     -----
-    A Hann window keeps a strong line's skirt from passing for a second line; zero-padding and a local search
-    place the peak between the bins.
+    A Hann window keeps a strong line's skirt from passing for a second line; zero-padding and parabolas through three
+    frequencies, twice, place the peak between the bins.
     """
     window = np.hanning(len(signal))
     weighted = (signal - signal.mean()) * window
+    step = time[1] - time[0]
 
-    def amplitude(f):
-        return (
-            2 * abs(_project(0.0, time[1] - time[0], weighted[:, None], np.array([2 * np.pi * f]))[0, 0]) / window.sum()
-        )
+    def amplitude(frequencies):
+        return 2 * np.abs(_project(0.0, step, weighted[:, None], 2 * np.pi * frequencies)[:, 0]) / window.sum()
 
     size = scipy.fft.next_fast_len(8 * len(time), real=True)
-    frequency = np.fft.rfftfreq(size, time[1] - time[0])
+    frequency = np.fft.rfftfreq(size, step)
     spacing, spectrum = frequency[1], np.abs(np.fft.rfft(weighted, size))
-    inside = (frequency > band[0]) & (frequency < band[1])
-    if not inside.any():
-        return 0.5 * (band[0] + band[1]), 0.0
-    start = frequency[inside][spectrum[inside].argmax()]
-    found = scipy.optimize.minimize_scalar(
-        lambda f: -amplitude(f), bounds=(max(start - spacing, band[0]), min(start + spacing, band[1])), method="bounded"
-    )
-    return float(found.x), float(-found.fun)
+    found = []
+    for low, high in bands:
+        inside = np.flatnonzero((frequency > low) & (frequency < high))
+        if not inside.size:
+            found.append((0.5 * (low + high), 0.0))
+            continue
+        f = frequency[inside[spectrum[inside].argmax()]]
+        low, high = max(f - spacing, low), min(f + spacing, high)
+        for apart in (spacing / 2, spacing / 32):
+            left, middle, right = amplitude(f + apart * np.array([-1.0, 0.0, 1.0]))
+            bend = left - 2 * middle + right
+            # No peak but a slope, as beside a stronger line outside the band: up to its end.
+            f += apart * (left - right) / (2 * bend) if bend < 0 else np.copysign(spacing, right - left)
+            f = min(max(f, low), high)
+        found.append((float(f), float(amplitude(np.array([f]))[0])))
+    return found
