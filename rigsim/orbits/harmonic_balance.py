@@ -22,7 +22,7 @@ Unknowns are held as (a_0, a_1, b_1, ..., a_h, b_h, Omega), or (a_1, b_1, a_3, b
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -48,8 +48,8 @@ class Balance:
         Highest line kept, in multiples of the forcing frequency over ``period``.
     orders : (k,) array of int
         Lines kept: 0, 1, 2, ... or 1, 3, 5, ...
-    numbers : (3,) array
-        mu, zeta_s, zeta.
+    numbers : (4,) array
+        mu, zeta_s, zeta, and 0; or the Omega at which the force is the last unknown, see `at`.
     law : (5,) array
         CUBIC, Omega0^2, gamma, 0, 0; or EXACT, the stiffness of all wires over m omega_s^2, and d, d0, d - d0 over x0.
     cosine, sine : (samples, 2 harmonics + 1) array
@@ -70,6 +70,33 @@ class Balance:
     def system(self):
         """What the compiled functions take first: (numbers, law, period, orders, cosine, sine)."""
         return self.numbers, self.law, self.period, self.orders, self.cosine, self.sine
+
+    @property
+    def size(self):
+        """Number of coefficients, the unknowns but for the last one."""
+        return 2 * self.orders.size - int(self.orders[0] == 0)
+
+    def at(self, frequency):
+        """The same equations at a given frequency (Hz), with the force over ``force`` as the last unknown."""
+        numbers = self.numbers.copy()
+        numbers[3] = frequency / self.hertz
+        return replace(self, numbers=numbers)
+
+    def widened(self, fewer, x):
+        """Unknowns (n,) of these equations from those ``x`` of ``fewer``, which keep odd lines only."""
+        result = np.zeros(self.size + 1)
+        result[-1] = x[-1]
+        result[2 * fewer.orders - 1], result[2 * fewer.orders] = x[:-1:2], x[1::2]
+        return result
+
+    def mirrored(self, x):
+        """Unknowns (n,) of the mirror image of an orbit with every line, -w(theta + pi): even lines change their sign."""
+        result = x.copy()
+        result[0] *= -1
+        even = np.arange(2, self.harmonics + 1, 2)
+        result[2 * even - 1] *= -1
+        result[2 * even] *= -1
+        return result
 
     @property
     def unit(self):
@@ -97,7 +124,7 @@ class Balance:
         if start:
             W[:, 0] = points[:, 0]
         W[:, self.orders[start:]] = points[:, start:-1:2] - 1j * points[:, start + 1 : -1 : 2]
-        mu, zeta_s, _ = self.numbers
+        mu, zeta_s, _, _ = self.numbers
         s = Omega[:, None] / self.period * np.arange(self.harmonics + 1)
         drive = np.zeros(self.harmonics + 1)
         drive[self.period] = 1
@@ -142,7 +169,7 @@ def balance(parameters, force, harmonics, law, period=1, symmetric=False):
         period,
         lines,
         np.arange(1, lines + 1, 2) if symmetric else np.arange(lines + 1),
-        np.array([group.mu, group.zeta_s, group.zeta]),
+        np.array([group.mu, group.zeta_s, group.zeta, 0.0]),
         np.array(numbers),
         np.cos(phase),
         np.sin(phase),
@@ -194,6 +221,9 @@ def force_lines(law, orders, cosine, sine, x, slope_a, slope_b, force_a, force_b
 def residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, residual, jacobian):
     """Residual (n - 1,) and Jacobian (n - 1, n) of the module's equations at x (n,); work is (4, 2h + 1)."""
     mu, zeta_s, zeta = numbers[0], numbers[1], numbers[2]
+    sliced = numbers[3] > 0.0
+    Omega = numbers[3] if sliced else x[x.size - 1]
+    share = x[x.size - 1] if sliced else 1.0
     h = cosine.shape[1] // 2
     A, B, force_a, force_b = work[0], work[1], work[2, : h + 1], work[3, : h + 1]
     force_lines(law, orders, cosine, sine, x, A, B, force_a, force_b)
@@ -215,7 +245,7 @@ def residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, r
             jacobian[c, at + 1] = 0.5 * (B[k + j] - odd)
             jacobian[s, at] = 0.5 * (B[k + j] + odd)
         rate = k / period
-        sigma = rate * x[last]
+        sigma = rate * Omega
         D = complex(1.0 - (1.0 + mu) * sigma * sigma, 2.0 * zeta_s * sigma)
         dD = complex(-2.0 * (1.0 + mu) * sigma, 2.0 * zeta_s)
         cube = mu * sigma * sigma * sigma / D
@@ -232,9 +262,22 @@ def residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, r
         if k == period:
             drive = -sigma * sigma / D
             change = -(2.0 * sigma - sigma * sigma * dD / D) / D
-            residual[c] -= drive.real
-            residual[s] += drive.imag
+            residual[c] -= share * drive.real
+            residual[s] += share * drive.imag
             along_c -= change.real
             along_s += change.imag
-        jacobian[c, last] = rate * along_c
-        jacobian[s, last] = rate * along_s
+        if not sliced:
+            jacobian[c, last] = rate * along_c
+            jacobian[s, last] = rate * along_s
+        elif k == period:
+            jacobian[c, last] = -drive.real
+            jacobian[s, last] = drive.imag
+        else:
+            jacobian[c, last], jacobian[s, last] = 0.0, 0.0
+
+
+def residual(system, x):
+    """Residual (n - 1,) and Jacobian (n - 1, n) at x (n,) of a `Balance.system`; new arrays."""
+    work, values, jacobian = np.empty((4, system[-1].shape[1])), np.empty(x.size - 1), np.empty((x.size - 1, x.size))
+    residual_and_jacobian(*system, x, work, values, jacobian)
+    return values, jacobian

@@ -45,6 +45,7 @@ from .continuation import (
     unit_tangent,
 )
 from .harmonic_balance import balance
+from .sheet import passages, slices
 from .shooting import shoot_orbit
 from .stability import hill_multipliers, stability_changes
 
@@ -207,7 +208,9 @@ class OrbitBranch(Result):
         )
 
 
-def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *, period=1, progress=False):
+def periodic_orbits(
+    parameters, force, band=(5, 80), harmonics=9, law="exact", *, period=1, search="complete", progress=False
+):
     """Every curve of periodic orbits over a band of frequencies, by harmonic balance and continuation.
 
     Parameters
@@ -225,6 +228,9 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
     period : {1, 2}
         1: every curve above; 2: the curves of twice the period that branch off them inside the band. Subharmonic
         motions that are connected to none of these need a first orbit, see `continue_orbit`.
+    search : {"complete", "seeds"}
+        "seeds": curves that pass a solution of single-term theory, or branch off such a curve inside the band. "complete": also every other that
+        is connected with rest over frequency and force together; see `rigsim.orbits.sheet` for what that covers.
     progress : bool or callable
         See `rigsim.campaign.progress.reporting`; counts seeds.
 
@@ -238,6 +244,7 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
         If an input is not allowed, the exact law is asked of a set without wires, or the shaker is undamped.
     """
     checks.one_of("period", period, (1, 2))
+    checks.one_of("search", search, ("complete", "seeds"))
     equations = balance(parameters, force, harmonics, law, symmetric=True)
     low, high = _checked_band(band)
     # Seeds that do not lead to an orbit at once are led there by way of fewer harmonics.
@@ -252,10 +259,15 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
             elif not any(lies_on(*equations.system, *curve[:2], x) for curve in curves):
                 curves.append(_curve(equations, x, tangent, low, high))
             report(number + 1)
+    every_line = balance(parameters, force, harmonics, law)
+    cuts = slices(equations, every_line, low, high) if search == "complete" else []
+    for x in passages(equations, cuts, "symmetric"):
+        _add_curve(equations, curves, x, low, high)
     if not curves:
         raise RuntimeError(f"no single-term solution from {low:g} to {high:g} Hz led to a converged orbit")
-    every_line = balance(parameters, force, harmonics, law)
     bent = _branching_curves(equations, every_line, curves, low, high)
+    for x in passages(every_line, cuts, "asymmetric"):
+        _add_curve(every_line, bent, x, low, high)
     groups = [(equations, curves), (every_line, bent)]
     if period == 2:
         doubled = balance(parameters, force, harmonics, law, period)
@@ -363,6 +375,15 @@ def _seed_orbit(equations, fewer, frequency, lines):
                 break
             lines = system.lines(x[None])[3][0]
     return good, x, tangent
+
+
+def _add_curve(equations, curves, x, low, high):
+    """Add the curve through the orbit x, unless it, or its mirror image, lies on one of the curves."""
+    images = [x] if equations.orders[0] else [x, equations.mirrored(x)]
+    if not any(lies_on(*equations.system, *curve[:2], image) for curve in curves for image in images):
+        good, _, tangent = correct_at(*equations.system, x, x[-1], 30, 0.3)
+        if good:
+            curves.append(_curve(equations, x, tangent, low, high))
 
 
 def _curve(equations, x, tangent, low, high):
