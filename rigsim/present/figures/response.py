@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from .style import BLUE, GREY, ORANGE, PURPLE, RIG, SKY, STABLE, UNSTABLE, legend, log_scale, style, subplots
+from .style import BLUE, GREY, ORANGE, PANELS, PURPLE, RIG, SKY, STABLE, UNSTABLE, legend, log_scale, style, subplots
 
-_PANELS = (("shaker", "shaker $x_s$"), ("mass", "suspended mass $x$"), ("relative", "relative $z = x_s - x$"))
 _SHADES = {"inner": ORANGE, "outer": PURPLE, "hysteresis": SKY}
 
 
@@ -49,7 +48,7 @@ def frequency_response_figure(
     """
     with style():
         figure, axes = subplots(3, 1, alt=_response_alt(result, circles is not None), ax=ax, height=8.2, sharex=True)
-        for panel, ((name, title), one) in enumerate(zip(_PANELS, axes, strict=True)):
+        for panel, ((name, title), one) in enumerate(zip(PANELS, axes, strict=True)):
             for other in beside if isinstance(beside, (tuple, list)) else (beside,):
                 _curves(one, other, name, GREY, beside_label, linewidth=1.0)
             _shade(one, result, name)
