@@ -11,9 +11,9 @@ import numpy as np
 from ..compiled import compiled, inlinable
 from ..theory.isolation import bernstein_root
 
-# A sum or product in double-double is good to 2^-101 of the magnitudes that enter, and no coefficient is more than
-# 512 of them deep.
-ROUNDING = 2.0**-92
+# A sum or product in double-double is good to 2^-103 of the magnitudes that enter, and no coefficient of `polynomials`
+# is more than 220 of them deep: 72 before the divisions, then 8 for each coefficient before it, twice.
+ROUNDING = 2.0**-95
 _SPLITTER = 2.0**27 + 1.0
 _NODES = 4000  # intervals looked at before the search gives up; usual are 20 to 100
 

@@ -89,7 +89,7 @@ class Balance:
         return result
 
     def mirrored(self, x):
-        """Unknowns (n,) of the mirror image of an orbit with every line, -w(theta + pi): even lines change their sign."""
+        """Unknowns (n,) of an orbit's mirror image -w(theta + pi), all lines kept: even ones change their sign."""
         result = x.copy()
         result[0] *= -1
         even = np.arange(2, self.harmonics + 1, 2)

@@ -54,7 +54,8 @@ class Line:
     points, tangents : (k, n) array
         Unknowns of the `Balance` at the frequency, the last one F over the wanted force; and the unit tangents.
     folds : tuple of (float, float)
-        F over the wanted force at each fold in the order of the line, and its slope over frequency (1/Hz) along the fold line.
+        F over the wanted force at each fold in the order of the line, and its slope over frequency (1/Hz) along the
+        fold line.
     """
 
     points: np.ndarray
@@ -154,7 +155,7 @@ def _breaking_point(odd, every, start, end, sign):
 
 
 def slices(symmetric, full, low, high):
-    """Slices from ``low`` to ``high`` (Hz), both included, near enough for every curve at the wanted force to be passed.
+    """Slices from ``low`` to ``high`` (Hz), so close that every curve at the wanted force passes one.
 
     Returns
     -------
@@ -208,7 +209,7 @@ def _ceiling(symmetric, frequency):
 
 
 def passages(equations, slices, kind):
-    """Orbits (k, n) of ``equations`` at the wanted force, where the ``kind`` of lines, "symmetric" or "asymmetric", pass it."""
+    """Orbits (k, n) of ``equations`` where lines of a ``kind``, "symmetric" or "asymmetric", pass the wanted force."""
     found = []
     for cut in slices:
         at = equations.at(cut.frequency)

@@ -1,4 +1,5 @@
-"""Periodic orbits of Eqs. (3a, b) by shooting in time, and their monodromy; shares only the wires' law with harmonic balance.
+"""Periodic orbits of Eqs. (3a, b) by shooting in time, and their monodromy; shares the wires' law with harmonic balance,
+and nothing else.
 
 The state (xs, x, xs', x') and its derivative with respect to the initial state are carried over the orbit's period
 together, in SI units, by Gragg's midpoint rule extrapolated to order 12 (Hairer, Norsett and Wanner, Solving Ordinary
@@ -71,7 +72,8 @@ class ShotOrbit(Result):
 
     def summary(self):
         largest = abs(self.multipliers[0])
-        return f"ShotOrbit: period {self.period} at {self.frequency:g} Hz, {self.message}, largest multiplier {largest:.6g}"
+        told = f"{self.message}, largest multiplier {largest:.6g}"
+        return f"ShotOrbit: period {self.period} at {self.frequency:g} Hz, {told}"
 
 
 @compiled

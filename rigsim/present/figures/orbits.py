@@ -15,6 +15,7 @@ from .style import (
     SKY,
     STABLE,
     UNSTABLE,
+    as_tuple,
     legend,
     log_scale,
     style,
@@ -52,10 +53,12 @@ def orbits_figure(result, *, ax=None, beside=(), circles=None, circles_label="mu
     matplotlib.figure.Figure
     """
     branches = (result,) if isinstance(result, OrbitBranch) else tuple(result)
+    if not branches:
+        raise ValueError("result holds no branches; expected at least one")
     with style():
         figure, axes = subplots(3, 1, alt=_alt(branches), ax=ax, height=8.6, sharex=True)
         for panel, ((name, title), one) in enumerate(zip(PANELS, axes, strict=True)):
-            for theory in beside if isinstance(beside, (tuple, list)) else (beside,):
+            for theory in as_tuple(beside):
                 for piece in theory.pieces:
                     height = 1e3 * abs(getattr(piece, name))
                     one.plot(piece.frequency, height, color=GREY, linewidth=0.9, label="single-term theory")

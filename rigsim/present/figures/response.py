@@ -2,7 +2,22 @@
 
 import numpy as np
 
-from .style import BLUE, GREY, ORANGE, PANELS, PURPLE, RIG, SKY, STABLE, UNSTABLE, legend, log_scale, style, subplots
+from .style import (
+    BLUE,
+    GREY,
+    ORANGE,
+    PANELS,
+    PURPLE,
+    RIG,
+    SKY,
+    STABLE,
+    UNSTABLE,
+    as_tuple,
+    legend,
+    log_scale,
+    style,
+    subplots,
+)
 
 _SHADES = {"inner": ORANGE, "outer": PURPLE, "hysteresis": SKY}
 
@@ -16,6 +31,7 @@ def frequency_response_figure(
     beside_label=None,
     circles=None,
     circles_label="multi-body rig",
+    key=True,
 ):
     """Amplitudes of shaker, mass and relative displacement over frequency, in the layout of the paper's Fig. 6.
 
@@ -36,6 +52,8 @@ def frequency_response_figure(
         Frequency (Hz), shaker, mass and relative amplitudes (m, complex or real) drawn as circles, with the name
         ``circles_label``; NaN leaves a circle out.
     circles_label : str
+    key : bool
+        Whether to draw the legend.
 
     Returns
     -------
@@ -49,7 +67,7 @@ def frequency_response_figure(
     with style():
         figure, axes = subplots(3, 1, alt=_response_alt(result, circles is not None), ax=ax, height=8.2, sharex=True)
         for panel, ((name, title), one) in enumerate(zip(PANELS, axes, strict=True)):
-            for other in beside if isinstance(beside, (tuple, list)) else (beside,):
+            for other in as_tuple(beside):
                 _curves(one, other, name, GREY, beside_label, linewidth=1.0)
             _shade(one, result, name)
             _curves(one, result, name, BLUE, label)
@@ -64,7 +82,8 @@ def frequency_response_figure(
             axes[-1].set_xlim(low, high)
         axes[-1].set_xlabel("frequency [Hz]")
         figure.align_ylabels(axes)
-        legend(axes, ax=ax, title="stability: Floquet multipliers about the single-term orbit, as in the paper")
+        if key:
+            legend(axes, ax=ax, title="stability: Floquet multipliers about the single-term orbit, as in the paper")
         return figure
 
 

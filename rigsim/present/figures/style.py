@@ -108,15 +108,6 @@ def style():
         yield
 
 
-def log_scale(axes, ticks=(1,), which="y"):
-    """A logarithmic x or y axis with plain numbers at ``ticks`` of each decade."""
-    axes.set(**{f"{which}scale": "log"})
-    axis = getattr(axes, f"{which}axis")
-    axis.set_major_locator(LogLocator(subs=ticks))
-    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
 def subplots(rows=1, columns=1, *, alt, ax=None, width=7.5, height=None, **options):
     """A `DescribedFigure` and its axes, to be filled inside ``with style():``; or the axes that the user handed in.
 
