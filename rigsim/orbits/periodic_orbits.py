@@ -312,8 +312,8 @@ def _branching_curves(base, equations, curves, low, high):
     for points, _, _, _ in curves:
         full = _with_every_line(base, equations, points)
         signs = np.array([breaking_sign(*equations.system, x, parity) for x in full])
-        for i in np.flatnonzero(signs[:-1] * signs[1:] < 0):
-            places.append(_breaking_point(base, equations, points[i], points[i + 1], signs[i], parity))
+        turns = np.flatnonzero(signs[:-1] * signs[1:] < 0)
+        places += [_breaking_point(base, equations, points[i], points[i + 1], signs[i], parity) for i in turns]
     found, used = [], set()
     edges = low / equations.hertz, high / equations.hertz
     for number, place in enumerate(places):

@@ -1,5 +1,4 @@
-"""Periodic orbits of Eqs. (3a, b) by shooting in time, and their monodromy; shares the wires' law with harmonic balance,
-and nothing else.
+"""Periodic orbits of Eqs. (3a, b) by shooting in time, and their monodromy; of harmonic balance only the wires' law.
 
 The state (xs, x, xs', x') and its derivative with respect to the initial state are carried over the orbit's period
 together, in SI units, by Gragg's midpoint rule extrapolated to order 12 (Hairer, Norsett and Wanner, Solving Ordinary
@@ -71,6 +70,7 @@ class ShotOrbit(Result):
         return bool(self.converged and (abs(self.multipliers) < 1).all())
 
     def summary(self):
+        """One line: whether it returns, and the largest multiplier."""
         largest = abs(self.multipliers[0])
         told = f"{self.message}, largest multiplier {largest:.6g}"
         return f"ShotOrbit: period {self.period} at {self.frequency:g} Hz, {told}"
