@@ -6,6 +6,7 @@ from .style import (
     BLUE,
     GREY,
     ORANGE,
+    PANELS,
     PURPLE,
     RIG,
     SKY,
@@ -19,7 +20,6 @@ from .style import (
     subplots,
 )
 
-_PANELS = (("shaker", "shaker $x_s$"), ("mass", "suspended mass $x$"), ("relative", "relative $z = x_s - x$"))
 _SHADES = {"inner": ORANGE, "outer": PURPLE, "hysteresis": SKY}
 
 
@@ -68,7 +68,7 @@ def frequency_response_figure(
     with style():
         figure, axes = subplots(3, 1, alt=_response_alt(result, circles is not None), ax=ax, height=8.2, sharex=True)
         low, high = result.frequency.min(), result.frequency.max()
-        for panel, ((name, title), one) in enumerate(zip(_PANELS, axes, strict=True)):
+        for panel, ((name, title), one) in enumerate(zip(PANELS, axes, strict=True)):
             for other in as_tuple(beside):
                 _curves(one, other, name, GREY, beside_label, linewidth=1.0)
             _shade(one, result, name)
