@@ -2,9 +2,23 @@
 
 import numpy as np
 
-from .style import BLUE, GREY, ORANGE, PURPLE, SKY, STABLE, UNSTABLE, as_tuple, legend, log_scale, style, subplots
+from .style import (
+    BLUE,
+    GREY,
+    ORANGE,
+    PANELS,
+    PURPLE,
+    SKY,
+    STABLE,
+    UNSTABLE,
+    as_tuple,
+    legend,
+    log_scale,
+    outer_labels,
+    style,
+    subplots,
+)
 
-_PANELS = (("shaker", "shaker $x_s$"), ("mass", "suspended mass $x$"), ("relative", "relative $z = x_s - x$"))
 _SHADES = {"inner": ORANGE, "outer": PURPLE, "hysteresis": SKY}
 
 
@@ -46,19 +60,18 @@ def frequency_response_figure(
     """
     with style():
         figure, axes = subplots(3, 1, alt=_response_alt(result), ax=ax, height=8.2, sharex=True)
-        for panel, ((name, title), one) in enumerate(zip(_PANELS, axes, strict=True)):
+        low, high = result.frequency.min(), result.frequency.max()
+        for panel, ((name, title), one) in enumerate(zip(PANELS, axes, strict=True)):
             for other in as_tuple(beside):
                 _curves(one, other, name, GREY, beside_label, linewidth=1.0)
             _shade(one, result, name)
             _curves(one, result, name, BLUE, label)
             log_scale(one, (1, 2, 5))
-            one.set_ylabel("amplitude [mm]")
+            one.set(xlabel="frequency [Hz]", ylabel="amplitude [mm]")
             one.set_title(f"({'abc'[panel]}) {title}", loc="left")
-        low, high = result.frequency.min(), result.frequency.max()
-        if low < high:
-            axes[-1].set_xlim(low, high)
-        axes[-1].set_xlabel("frequency [Hz]")
-        figure.align_ylabels(axes)
+            if low < high:
+                one.set_xlim(low, high)
+        outer_labels(axes, ax=ax)
         if key:
             legend(axes, ax=ax, title="stability: Floquet multipliers about the single-term orbit, as in the paper")
         return figure
