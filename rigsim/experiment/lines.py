@@ -2,6 +2,7 @@
 
 import numpy as np
 import scipy.fft
+import scipy.linalg
 
 from ..compiled import compiled
 
@@ -32,128 +33,74 @@ def fit_sines(time, signals, frequencies):
     threads wait for each other on a busy machine.
     """
     omega = np.concatenate([[0.0], 2 * np.pi * np.asarray(frequencies, dtype=float)])  # the mean is a line at zero
-    residual = np.array(signals, dtype=float, order="C")
-    return _fit(time[0], (time[-1] - time[0]) / (len(time) - 1), residual, omega)[1:], residual
-
-
-@compiled(nogil=True)
-def _fit(start, spacing, residual, omega):
-    """Amplitudes (lines, channels); the residual is left where the signals were."""
-    lines = len(omega)
-    factor = _gram(start, spacing, len(residual), omega)
+    spacing = (time[-1] - time[0]) / (len(time) - 1)
+    gram = _gram(time[0], spacing, len(time), omega)
     # A trace of ridge, which the refinement takes out again, keeps sines that the time cannot tell apart harmless.
-    for i in range(len(factor)):
-        factor[i, i] += 1e-12 * len(residual)
-    _factorise(factor)
-    total = np.zeros((lines, residual.shape[1]), dtype=np.complex128)
-    right = np.empty(len(factor))
+    gram[np.diag_indices_from(gram)] += 1e-12 * len(time)
+    factor = scipy.linalg.cho_factor(gram, check_finite=False)
+    residual = np.array(signals, order="C")
+    total = 0.0
     for _ in range(2):
-        sums = _project(start, spacing, residual, omega)
-        for channel in range(residual.shape[1]):
-            right[:lines] = sums[:, channel].real
-            right[lines:] = sums[1:, channel].imag
-            _substitute(factor, right)
-            sums[:, channel] = right[:lines]
-            sums[1:, channel] -= 1j * right[lines:]
-        _subtract(start, spacing, residual, omega, sums)
-        total += sums
-    return total
+        sums = _project(time[0], spacing, residual, omega)
+        solution = scipy.linalg.cho_solve(factor, np.concatenate([sums.real, sums.imag[1:]]), check_finite=False)
+        amplitudes = solution[: len(omega)] + 0j
+        amplitudes[1:] -= 1j * solution[len(omega) :]
+        _subtract(time[0], spacing, residual, omega, amplitudes)
+        total = total + amplitudes
+    return total[1:], residual
 
 
-@compiled
 def _gram(start, spacing, count, omega):
     """Products of the columns [cos, sin (but for the mean)] summed over the samples, by geometric series."""
-    lines = len(omega)
-    gram = np.empty((2 * lines - 1, 2 * lines - 1))
-    for i in range(lines):
-        for j in range(lines):
-            plus = _sum_of_rotations(start, spacing, count, omega[i] + omega[j])
-            minus = _sum_of_rotations(start, spacing, count, omega[i] - omega[j])
-            gram[i, j] = (plus + minus).real / 2
-            if i > 0 and j > 0:
-                gram[lines + i - 1, lines + j - 1] = (minus - plus).real / 2
-            if j > 0:
-                gram[i, lines + j - 1] = gram[lines + j - 1, i] = (plus - minus).imag / 2
-    return gram
+    plus, minus = (_sum_of_rotations(start, spacing, count, np.add.outer(omega, sign * omega)) for sign in (1, -1))
+    cc, ss, cs = (plus + minus).real / 2, (minus - plus).real / 2, (plus - minus).imag / 2
+    return np.block([[cc, cs[:, 1:]], [cs[:, 1:].T, ss[1:, 1:]]])
 
 
-@compiled
 def _sum_of_rotations(start, spacing, count, omega):
     """Sum over the samples of exp(i omega t)."""
     half = omega * spacing / 2
-    nearly_zero = abs(np.sin(half)) < 1e-14
-    kernel = count if nearly_zero else np.sin(count * half) / np.sin(half)
+    nearly_zero = np.abs(np.sin(half)) < 1e-14
+    kernel = np.where(nearly_zero, count, np.sin(count * half) / np.where(nearly_zero, 1.0, np.sin(half)))
     return kernel * np.exp(1j * (omega * start + (count - 1) * half))
 
 
 @compiled
-def _factorise(a):
-    """Cholesky's factor of a symmetric positive definite matrix, in its lower triangle."""
-    for i in range(len(a)):
-        for j in range(i + 1):
-            rest = a[i, j]
-            for k in range(j):
-                rest -= a[i, k] * a[j, k]
-            a[i, j] = np.sqrt(rest) if i == j else rest / a[j, j]
-
-
-@compiled
-def _substitute(factor, b):
-    """Solve for ``b``, in place, with the factor and its transpose."""
-    n = len(b)
-    for i in range(n):
-        for k in range(i):
-            b[i] -= factor[i, k] * b[k]
-        b[i] /= factor[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            b[i] -= factor[k, i] * b[k]
-        b[i] /= factor[i, i]
-
-
-@compiled
-def _rotations(start, spacing, omega):
-    """Cosine and sine of every line at the first sample, and of its turn to the next."""
-    angles = np.stack((omega * start, omega * spacing))
-    return np.cos(angles), np.sin(angles)
-
-
-@compiled
-def _turn(cos, sin):
+def _turn(cos, sin, turn_cos, turn_sin):
     """Rotate every line to the next sample."""
-    for k in range(cos.shape[1]):
-        real = cos[0, k] * cos[1, k] - sin[0, k] * sin[1, k]
-        sin[0, k] = cos[0, k] * sin[1, k] + sin[0, k] * cos[1, k]
-        cos[0, k] = real
+    for k in range(len(cos)):
+        real = cos[k] * turn_cos[k] - sin[k] * turn_sin[k]
+        sin[k] = cos[k] * turn_sin[k] + sin[k] * turn_cos[k]
+        cos[k] = real
 
 
 @compiled(nogil=True)
 def _project(start, spacing, signals, omega):
     """Sums over the samples of u exp(i omega t), complex, shape (lines, channels)."""
-    cos, sin = _rotations(start, spacing, omega)
+    cos, sin, turn = np.cos(omega * start), np.sin(omega * start), omega * spacing
     real, imag = np.zeros((signals.shape[1], len(omega))), np.zeros((signals.shape[1], len(omega)))
+    turn_cos, turn_sin = np.cos(turn), np.sin(turn)
     for n in range(len(signals)):
         for channel in range(signals.shape[1]):
             u = signals[n, channel]
             for k in range(len(omega)):
-                real[channel, k] += u * cos[0, k]
-                imag[channel, k] += u * sin[0, k]
-        _turn(cos, sin)
-    return (real + 1j * imag).T.copy()
+                real[channel, k] += u * cos[k]
+                imag[channel, k] += u * sin[k]
+        _turn(cos, sin, turn_cos, turn_sin)
+    return (real + 1j * imag).T
 
 
-@compiled
+@compiled(nogil=True)
 def _subtract(start, spacing, signals, omega, amplitudes):
     """Take Re(U exp(i omega t)) of every line from the signals, in place."""
-    cos, sin = _rotations(start, spacing, omega)
+    cos, sin, turn = np.cos(omega * start), np.sin(omega * start), omega * spacing
     real, imag = amplitudes.real.T.copy(), amplitudes.imag.T.copy()
+    turn_cos, turn_sin = np.cos(turn), np.sin(turn)
     for n in range(len(signals)):
         for channel in range(signals.shape[1]):
-            u = signals[n, channel]
             for k in range(len(omega)):
-                u -= real[channel, k] * cos[0, k] - imag[channel, k] * sin[0, k]
-            signals[n, channel] = u
-        _turn(cos, sin)
+                signals[n, channel] -= real[channel, k] * cos[k] - imag[channel, k] * sin[k]
+        _turn(cos, sin, turn_cos, turn_sin)
 
 
 def strongest_lines(time, signal, *bands):
