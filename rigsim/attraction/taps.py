@@ -80,6 +80,36 @@ class TapMap(Result):
         row, column = np.unravel_index(depth.argmax(), depth.shape)
         return int(row), int(column)
 
+    def paths(self, instant, velocity, periods, samples):
+        """What follows taps of several sizes at one instant.
+
+        Parameters
+        ----------
+        instant : float
+            When the pulse begins, in forcing periods after a peak of the force.
+        velocity : (n,) array_like
+            Sizes (m/s).
+        periods, samples : int
+            Periods after the tap, from the next peak of the force on, and instants in each.
+
+        Returns
+        -------
+        label : (n,) array of int
+            Motion reached, -1 for none.
+        states : (n, periods * samples, 4) array
+            xs, z (m) and their velocities (m/s).
+
+        Raises
+        ------
+        ValueError
+            If an argument is not allowed.
+        """
+        instant = checks.real("instant", instant, low=0.0, high=1.0)
+        periods, velocity = checks.integer("periods", periods, low=1), checks.array("velocity", velocity, "m/s")
+        flow, start = self.attractors.flow, self.attractors[self.motion].orbit[0]
+        states, _ = flow.tapped(start, instant, velocity, self.duration)
+        return self.attractors.settle(states)[0], flow.trace(states, periods, samples)
+
     def _surely_reached(self, motion):
         there = self.reached(motion)
         if not there.any():

@@ -38,6 +38,7 @@ def shaken():
 
 # Figure: what draws it, which of its plots, the plot's options, and its panels.
 EXAMPLES = {
+    "attractors_figure": (lambda: rigsim.attractors(RIG, 3.18, 30.0, starts=64), "motions", {}, 1),
     "basins_figure": (lambda: rigsim.basins(RIG, 3.18, 30.0, pixels=5, samples=16, starts=64), "basins", {}, 1),
     "branches_figure": (lambda: rigsim.overlay(RIG, shaken()), "branches", {"nominal": RIG.replace(cs=9.0)}, 3),
     "design_figure": (lambda: rigsim.design_for_detached_curve(RIG, 3.18, {"force": (2.5, 7.0)}), "design", {}, 1),
@@ -85,11 +86,7 @@ EXAMPLES = {
     ),
     "wire_law_figure": (lambda: RIG, "wire law", {"reached": (1e-4, 2e-3)}, 2),
 }  # fmt: skip
-# These do not take axes yet.
-WAITING = {"basins_figure", "integrity_figure", "tap_map_figure"}
-every_figure = pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.xfail(strict=True)] * (name in WAITING)) for name in figures.__all__]
-)
+every_figure = pytest.mark.parametrize("name", figures.__all__)
 
 
 @cache
