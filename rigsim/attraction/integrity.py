@@ -11,7 +11,7 @@ from ..campaign.progress import reporting
 from ..parameters import OscillatorParameters, RigParameters, law_of, oscillator_of
 from ..results import Result, Status
 from ..theory.amplitude import frequency_response
-from .attractors import attractors, settle_and_learn
+from .attractors import BRANCHES, attractors, settle_and_learn
 
 _LARGEST = 20.0  # radii beyond so many times the motion's own amplitude are not looked for
 
@@ -117,7 +117,7 @@ def integrity(
         Hz.
     branch : str
         Name of the motion: "low" or "high" for the branches of a detached curve; see `attractors`. Where several bear
-        it, the one whose line at f is nearest to a single-term solution.
+        it, the one whose line at f is nearest to the single-term solution (of that name, if there is one).
     law : {"exact", "cubic"}, optional
         See `rigsim.parameters.law_of`.
     samples : int
@@ -171,6 +171,7 @@ def _on_branch(found, branch):
         return named[0] if named else None
     response = frequency_response(oscillator_of(found.flow.parameters), found.flow.force, [found.flow.frequency])
     theory = response.relative[0, : response.count[0]]
+    theory = theory[[BRANCHES.index(branch)]] if branch in BRANCHES else theory
     return min(named, key=lambda one: np.abs(one.relative[one.period] / theory - 1).min())
 
 

@@ -1,14 +1,17 @@
 """Motions that last: against theory, against brute force, and the same whoever runs them."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from rigsim import OscillatorParameters, RigParameters, attractors, frequency_response
+from rigsim import OscillatorParameters, RigParameters, attractors, frequency_response, integrity
 from rigsim.attraction.attractors import quasi_random, settle_and_learn
 from rigsim.attraction.settle import until_trapped
+from rigsim.attraction.taps import TapMap
 from rigsim.attraction.traps import closed_orbit
+from rigsim.present.figures.basins import motion_colors
 
 RIG = RigParameters()
 
@@ -98,8 +101,49 @@ def test_rare_motions_are_learnt_from_the_states_that_lead_there(at_30):
     assert poor.names == ["high"]
     states = np.concatenate([quasi_random(8, poor.box, 3), low + 0.01 * quasi_random(4, poor.box, 4)])
     found, label = settle_and_learn(poor, states)
-    assert found.names == ["high", "low"] and found[0] is not poor[0] and found[0].orbit is poor[0].orbit
+    assert found.names == ["high", "low"] and found[0] is poor[0]
     assert np.array_equal(1 - label, at_30.settle(states)[0])
+
+
+def test_a_second_high_renames_nothing(at_30, monkeypatch):
+    """A small motion that passes for "high", and a second, larger "high" that is learnt from states later."""
+    low, high = at_30
+    own = at_30.owner == low.motion
+    few = replace(
+        at_30,
+        members=(replace(low, name="high"),),
+        points=at_30.points[own],
+        metrics=at_30.metrics[own],
+        owner=at_30.owner[own],
+    )
+    states = np.concatenate([low.orbit, high.orbit])
+    found, label = settle_and_learn(few, states)
+    assert found[0] is few[0] and few.find("high").motion == 0 and list(label) == [0, 1]
+    assert [one.name for one in found] == ["high", "high"] and [one.motion for one in found] == [0, 1]
+    assert found.names == ["high #0", "high #1"] and found[1].amplitude > found[0].amplitude
+    assert found.find(np.int64(1)) is found[1]
+    with pytest.raises(ValueError, match=r"motion = 'high' .* one of 0 \(high\), 1 \(high\), by its number"):
+        found.find("high")
+    with pytest.raises(ValueError, match="motion = 2"):
+        found.find(2)
+    taps = TapMap(found, 0, np.array([0.1]), np.array([0.0]), 2e-3, np.array([[1]]))
+    assert taps.reached(1).all() and not taps.reached(0).any() and "from 'high #0': high #0 0.0%" in repr(taps)
+    assert motion_colors(found)[0] == motion_colors(few)[0] != motion_colors(found)[1]
+    # Along a branch goes the one that is nearer to the single-term solution of the name.
+    monkeypatch.setattr("rigsim.attraction.integrity.attractors", lambda *_, **__: found)
+    followed = integrity(RIG, 3.18, 30.0, "high", samples=64)
+    assert list(followed.motion) == [1] and list(followed.neighbour) == [0]
+
+
+def test_sequence_prints_and_draws(at_40):
+    assert repr(at_40).startswith("Attractors at 40 Hz and 3.18 N, from 256 starts: low, high, subharmonic 1/2\n")
+    assert list(at_40.table()["motion"]) == [0, 1, 2] and at_40.flow.law == "exact"
+    figure = at_40.plot()
+    for one, line in zip(at_40, figure.axes[0].lines[::2], strict=True):
+        np.testing.assert_allclose(np.abs(line.get_xdata()).max(), 1e3 * one.amplitude, rtol=2e-3)
+        np.testing.assert_allclose(one.path[:, 0], one.orbit[0, [1, 3]], rtol=5e-3, atol=1e-3 * one.amplitude)
+        np.testing.assert_allclose(one.path[:, -1], one.path[:, 0], atol=1e-12)
+    assert figure.axes[0].get_xlabel() == "relative displacement z [mm]" and "subharmonic 1/2 up to" in figure.alt
 
 
 def test_newton_finds_the_least_period(at_30):

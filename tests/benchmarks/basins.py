@@ -18,9 +18,9 @@ FORCE, FREQUENCY, PERIODS = 3.18, 30.0, 10
 
 
 @njit
-def rates(t, y, ms, ks, cs, m, c, k1, k3, stiffness, d, d0, force, omega):
+def rates(t, y, ms, ks, cs, m, c, spring, force, omega):
     """Eqs. (3a, b) with the force of Eq. (1), for SciPy."""
-    z = y[1]
+    z, (stiffness, d, d0, _) = y[1], spring
     length = math.sqrt(z * z + d * d)
     G = c * y[3] + stiffness * z * (z * z + (d - d0) * (d + d0)) / (length * (length + d0))
     shaker = (force * math.cos(omega * t) - cs * y[2] - ks * y[0] - G) / ms

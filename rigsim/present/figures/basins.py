@@ -128,8 +128,8 @@ def tap_map_figure(result, *, ax=None, smallest=()):
     reached = "; ".join(f"{name} by {100 * result.reached(i).mean():.1f} per cent" for i, name in enumerate(names))
     alt = (
         f"Map of taps on the motion {names[result.motion]} at {flow.frequency:g} hertz and {flow.force:g} newtons: "
-        f"velocity of the tap in metres a second over its instant in forcing periods. Motions reached: {reached} of "
-        "the taps."
+        "velocity of the tap in metres a second over its instant in forcing periods. "
+        f"Motions reached: {reached} of the taps."
     )
     if marked:
         alt += " Marked: " + "; ".join(f"smallest to {names[tap.target]}, {tap.velocity:.3g} m/s" for tap in marked)

@@ -64,12 +64,11 @@ def tap_slider(taps, instant=0.0, *, velocity=None, periods=24, **options):
         Panel(over_time, "forcing periods after the tap", "relative displacement z [mm]"),
         Panel(once_a_period, "z [mm]", "z' [m/s]", "seen at peaks of the force", fixed=lasting),
     )
-    tapped, frequency = names[taps.motion], found.flow.frequency
     reached = [names[i] if i >= 0 else "nothing that lasts" for i in label]
     alt = (
-        f"Two plots that follow the size of a tap on the motion {tapped} at {frequency:g} hertz: "
-        f"relative displacement in millimetres over {periods} forcing periods, and the same path once a period in the "
-        "plane of displacement and velocity. " + "; ".join(_runs(velocity, reached)) + "."
+        f"Two plots that follow the size of a tap on the motion {names[taps.motion]} at {found.flow.frequency:g} "
+        f"hertz: relative displacement in millimetres over {periods} forcing periods, and the same path once a period "
+        "in the plane of displacement and velocity. " + "; ".join(_runs(velocity, reached)) + "."
     )
     notes = [f"This tap leads to '{name}'." for name in reached]
     options = {"width": 9.5, "height": 4.2} | options

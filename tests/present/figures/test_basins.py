@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
-from rigsim import RigParameters, attractors, basins, integrity, smallest_tap, tap_map
+from rigsim import RigParameters, basins, integrity, smallest_tap, tap_map
 from rigsim.present.figures.basins import motion_colors
 
 RIG = RigParameters()
@@ -39,7 +40,9 @@ def test_tap_map_marks_the_smallest(taps):
     (point,) = ax.lines
     assert point.get_xdata() == [marked.instant] and point.get_ydata() == [marked.velocity]
     assert f"{marked.velocity:.3g} m/s" in figure.alt
-    assert len(taps.plot().axes[0].lines) == 0
+    ax = Figure().subplots()
+    assert taps.plot(ax=ax) is ax.figure and not ax.lines and len(ax.images) == 1
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == taps.attractors.names
 
 
 def test_motions_keep_their_colours(taps):
