@@ -23,7 +23,6 @@ from ..compiled import compiled
 from ..model.wires import axial_force, spring_of
 from ..parameters import OscillatorParameters, RigParameters, law_of, oscillator_of
 
-STATE = ("xs", "z", "xs'", "z'")
 _STAGES = 12
 _LANES = 64  # states a block: their stages fit the fastest cache
 
