@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import checks, parameters
 from ..results import Result
-from .lines import strongest_line
+from .lines import strongest_lines
 
 HOLDS = ("zero", "linear", "band-limited")
 UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad"}
@@ -180,7 +180,7 @@ class Record(Result):
         ValueError
             If there is no such channel.
         """
-        return strongest_line(self.time, self._signal(channel), band)
+        return strongest_lines(self.time, self._signal(channel), band)[0]
 
     def _signal(self, channel):
         signals = self.channels | {"relative": self.relative}
