@@ -1,5 +1,7 @@
 """Lines of a spectrum by least squares: sines of known frequency, and the one that stands out of what is left."""
 
+import functools
+
 import numpy as np
 import scipy.fft
 import scipy.linalg
@@ -47,7 +49,8 @@ def fit_sines(time, signals, frequencies):
         amplitudes = solution[: len(omega)] - 1j * np.concatenate(
             [np.zeros_like(sums.real[:1]), solution[len(omega) :]]
         )
-        _subtract(time[0], spacing, residual, omega, amplitudes)
+        parts = np.ascontiguousarray(amplitudes.real.T), np.ascontiguousarray(amplitudes.imag.T)
+        _subtract(time[0], spacing, residual, omega, *parts)
         total = total + amplitudes
     return total[1:], residual
 
@@ -67,28 +70,59 @@ def _sum_of_rotations(start, spacing, count, omega):
     return kernel * np.exp(1j * (omega * start + (count - 1) * half))
 
 
-@compiled(nogil=True)
+@compiled(nogil=True, fastmath={"reassoc", "contract"})
 def _project(start, spacing, signals, omega):
     """Sums over the samples of u exp(i omega t), complex, shape (lines, channels)."""
-    sums = np.zeros((len(omega), signals.shape[1]), dtype=np.complex128)
-    for k in range(len(omega)):
-        rotation, turn = np.exp(1j * omega[k] * start), np.exp(1j * omega[k] * spacing)
-        for n in range(len(signals)):
-            for channel in range(signals.shape[1]):
-                sums[k, channel] += rotation * signals[n, channel]
-            rotation *= turn
-    return sums
+    cosine, sine = np.cos(omega * start), np.sin(omega * start)
+    across, along = np.cos(omega * spacing), np.sin(omega * spacing)
+    real = np.zeros((signals.shape[1], len(omega)))
+    imaginary = np.zeros_like(real)
+    for n in range(len(signals)):
+        for channel in range(signals.shape[1]):
+            u = signals[n, channel]
+            for k in range(len(omega)):  # innermost over lines, so that it becomes vector operations
+                real[channel, k] += u * cosine[k]
+                imaginary[channel, k] += u * sine[k]
+        _turn(cosine, sine, across, along)
+    return (real + 1j * imaginary).T
+
+
+@compiled(nogil=True, fastmath={"reassoc", "contract"})
+def _subtract(start, spacing, signals, omega, real, imaginary):
+    """Take Re(U exp(i omega t)) of every line from the signals, in place; U (channels, lines) in two parts."""
+    cosine, sine = np.cos(omega * start), np.sin(omega * start)
+    across, along = np.cos(omega * spacing), np.sin(omega * spacing)
+    for n in range(len(signals)):
+        for channel in range(signals.shape[1]):
+            total = 0.0
+            for k in range(len(omega)):
+                total += real[channel, k] * cosine[k] - imaginary[channel, k] * sine[k]
+            signals[n, channel] -= total
+        _turn(cosine, sine, across, along)
+
+
+@compiled
+def _turn(cosine, sine, across, along):
+    """Turn every line's rotation on by one sample, in place."""
+    for k in range(len(cosine)):
+        turned = cosine[k] * across[k] - sine[k] * along[k]
+        sine[k] = sine[k] * across[k] + cosine[k] * along[k]
+        cosine[k] = turned
 
 
 @compiled(nogil=True)
-def _subtract(start, spacing, signals, omega, amplitudes):
-    """Take Re(U exp(i omega t)) of every line from the signals, in place."""
-    for k in range(len(omega)):
-        rotation, turn = np.exp(1j * omega[k] * start), np.exp(1j * omega[k] * spacing)
-        for n in range(len(signals)):
-            for channel in range(signals.shape[1]):
-                signals[n, channel] -= (amplitudes[k, channel] * rotation).real
-            rotation *= turn
+def _sum(signal, angle):
+    """Sum of u[n] exp(i n angle)."""
+    result, rotation, turn = 0.0j, 1.0 + 0.0j, np.exp(1j * angle)
+    for u in signal:
+        result += rotation * u
+        rotation *= turn
+    return result
+
+
+@functools.lru_cache(8)
+def _hann(count):
+    return np.hanning(count)
 
 
 def strongest_line(time, signal, band):
@@ -111,22 +145,18 @@ def strongest_line(time, signal, band):
     A Hann window keeps a strong line's skirt from passing for a second line; zero-padding and a local search
     place the peak between the bins.
     """
-    window = np.hanning(len(signal))
+    window = _hann(len(signal))
     weighted = (signal - signal.mean()) * window
-
-    def amplitude(f):
-        return (
-            2 * abs(_project(0.0, time[1] - time[0], weighted[:, None], np.array([2 * np.pi * f]))[0, 0]) / window.sum()
-        )
-
+    step, total = time[1] - time[0], window.sum()
     size = scipy.fft.next_fast_len(8 * len(time), real=True)
-    frequency = np.fft.rfftfreq(size, time[1] - time[0])
-    spacing, spectrum = frequency[1], np.abs(np.fft.rfft(weighted, size))
+    frequency = np.fft.rfftfreq(size, step)
+    spacing, spectrum = frequency[1], np.abs(scipy.fft.rfft(weighted, size))
     inside = (frequency > band[0]) & (frequency < band[1])
     if not inside.any():
         return 0.5 * (band[0] + band[1]), 0.0
     start = frequency[inside][spectrum[inside].argmax()]
+    reach = max(start - spacing, band[0]), min(start + spacing, band[1])
     found = scipy.optimize.minimize_scalar(
-        lambda f: -amplitude(f), bounds=(max(start - spacing, band[0]), min(start + spacing, band[1])), method="bounded"
+        lambda f: -2 * abs(_sum(weighted, 2 * np.pi * f * step)) / total, bounds=reach, method="bounded"
     )
     return float(found.x), float(-found.fun)

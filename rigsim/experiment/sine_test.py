@@ -16,7 +16,8 @@ from .steady import HARMONICS, read_window
 
 _WINDOW = 1.0  # s
 LOWEST = 2 / _WINDOW  # Hz; two whole periods, so that the window's halves can be compared
-_CHUNK = 256  # rigs a Space: the problem's own grain, so that results do not depend on the executor
+_CHUNK = 32  # rigs a Space: the problem's own grain, so that results do not depend on the executor
+_STATUSES = tuple(Status)
 _BLOCK = 500  # samples between two looks at the keyboard
 
 
@@ -180,11 +181,18 @@ def sine_test(
         {"rigs": rigs[part], "force": force[part], "frequency": frequency[part], "taps": taps[part], **run}
         for part in split(len(rigs), _CHUNK)
     ]
-    done = run_chunks(
-        _run_chunk, chunks, progress=progress, executor=executor, checkpoint=checkpoint, label="spaces of rigs"
+    found = join(
+        run_chunks(
+            _run_chunk, chunks, progress=progress, executor=executor, checkpoint=checkpoint, label="spaces of rigs"
+        )
     )
-    time = step * every * np.arange(window[0], window[1] + 1)
-    return _read(rigs, force, frequency, taps, time, start, step, **join(done))
+    lines, traces = found.pop("lines"), found.pop("traces")
+    status = np.array([_STATUSES[i] for i in found.pop("status")])
+    message = tuple(found.pop("message").tolist())
+    return SineTest(
+        rigs, force, frequency, taps, *lines.T, **found,
+        status=status, message=message, time=_times(run), traces=traces, start=start, step=step,
+    )  # fmt: skip
 
 
 def _broadcast(parameters, force, frequency, tap, duration, step):
@@ -231,24 +239,34 @@ def _run_chunk(chunk):
         kicks = first * every, len(samples) * every
         motion = space.advance(shake.kicks(*kicks), tap.kicks(*kicks), every)
         kept.append(np.stack([motion.shaker, motion.mass, motion.tilt])[:, samples >= begin])
-    return {"traces": np.moveaxis(np.concatenate(kept, axis=1), 2, 0), "parted": motion.parted}
+    traces = np.moveaxis(np.concatenate(kept, axis=1), 2, 0)
+    return {"traces": traces, **_read(_times(chunk), chunk["frequency"], traces, motion.parted)}
 
 
-def _read(rigs, force, frequency, taps, time, start, step, traces, parted):
-    """Read every rig's lines off its window."""
-    n = len(rigs)
-    amplitude = np.full((3, n), np.nan + 0j)
+def _times(run):
+    """Instants of the window's samples (s)."""
+    return run["step"] * run["every"] * np.arange(run["window"][0], run["window"][1] + 1)
+
+
+def _read(time, frequency, traces, parted):
+    """Lines and verdicts of rigs from their windows, as arrays; the status by its place in the enumeration."""
+    n = len(frequency)
+    lines = np.full((n, 3), np.nan + 0j)
     distortion, subharmonic, drift = np.full((n, 3), np.nan), np.full((n, 2), np.nan), np.full(n, np.nan)
     verdicts = []
     for i, f in enumerate(frequency):
         if np.isnan(parted[i]):
-            amplitude[:, i], distortion[i], subharmonic[i], drift[i], verdict = read_window(time, traces[i, :2].T, f)
+            lines[i], distortion[i], subharmonic[i], drift[i], verdict = read_window(time, traces[i, :2].T, f)
         else:
             verdict = Status.FLEW_APART, f"past its wires' reach at t = {parted[i]:.4g} s"
         verdicts.append(verdict)
     status, message = zip(*verdicts, strict=True)
-    tilt = np.abs(traces[:, 2]).max(axis=1)
-    return SineTest(
-        rigs, force, frequency, taps, *amplitude, tilt, distortion, subharmonic, drift,
-        np.array(status), message, time, traces, start, step,
-    )  # fmt: skip
+    return {
+        "lines": lines,
+        "tilt": np.abs(traces[:, 2]).max(axis=1),
+        "distortion": distortion,
+        "subharmonic": subharmonic,
+        "drift": drift,
+        "status": np.array([_STATUSES.index(one) for one in status]),
+        "message": np.array(message),
+    }

@@ -4,7 +4,8 @@ Each rig is two bodies of one `pymunk.Space`: the frame, which a guide lets move
 (no moment can turn it and the guide carries its weight, so it needs no constraint), and the
 cylinder. `Space` does the stepping; the loop around it is compiled and calls the very functions that
 ``pymunk.batch.get_space_bodies``, ``set_space_bodies`` and ``Space.step`` call, because three calls from
-Python cost more than a hundred rigs.
+Python cost more than a hundred rigs. Their addresses have private names, so one version of pymunk is allowed, every
+`RigSpace` reads its bodies back through the public interface, and a test steps rigs by public calls alone.
 
 Chipmunk's step moves positions (p += v h) and then velocities by the force it was given. That force is
 evaluated here at p + v h and t + h, with damping centred between the old and the new velocity, and the
@@ -24,8 +25,8 @@ from pymunk._chipmunk_cffi import ffi, lib
 
 from ..compiled import compiled
 from .planar import (
+    centre_damping,
     conservative_forces,
-    damping_matrix,
     largest_tilt,
     longest_step,
     pack,
@@ -34,6 +35,11 @@ from .planar import (
 )
 
 STARTS = ("rest", "equilibrium")
+VERSION = "7.3.1"
+if pymunk.version != VERSION:  # memory is handed over by private names, see `_Batch`
+    raise ImportError(
+        f"pymunk = {pymunk.version} is not allowed; expected {VERSION}, the version rigsim was tried with"
+    )
 _FIELDS = pymunk.batch.BodyFields
 _READ = _FIELDS.POSITION | _FIELDS.ANGLE | _FIELDS.VELOCITY | _FIELDS.ANGULAR_VELOCITY
 _WRITE = _FIELDS.FORCE | _FIELDS.TORQUE
@@ -78,7 +84,29 @@ class _Batch:
         count = ffi.addressof(self._buffer._float_arr, "num")
         self.count = np.frombuffer(ffi.buffer(count, ffi.sizeof("int")), dtype=np.intc)
         self.address = int(ffi.cast("uintptr_t", self._data))
-        self.iterator = int(ffi.cast("uintptr_t", ffi.addressof(lib, iterator)))
+        self._iterator = ffi.addressof(lib, iterator)
+        self.iterator = int(ffi.cast("uintptr_t", self._iterator))
+
+    def check(self, space):
+        """Hold what compiled loops will read against pymunk's public interface: count, sizes and values.
+
+        Raises
+        ------
+        RuntimeError
+            If they differ: the private names mean something else than they did.
+        """
+        public = pymunk.batch.Buffer()
+        pymunk.batch.get_space_bodies(space, _READ, public)
+        expected = np.frombuffer(public.float_buf(), dtype=float)
+        # The sizes first: Chipmunk would grow an array that is too short, and this one is not its own.
+        if expected.size == self.values.size:
+            self.count[0] = 0
+            lib.cpSpaceEachBody(space._space, self._iterator, self._data)
+        if self.count[0] != expected.size or not np.array_equal(self.values.ravel(), expected):
+            raise RuntimeError(
+                f"pymunk {pymunk.version} hands over {self.values.size} numbers of {len(space.bodies)} bodies where its "
+                f"public interface has {expected.size}, or others: its memory is not laid out as rigsim takes it to be"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +179,7 @@ class RigSpace:
         self._space.add(*bodies)
         self._space.step(0.0)  # lets pymunk check the bodies; no time passes
         self._read = _Batch(_READ, len(bodies), _READ_SIZE, "pmSpaceBodyGetIteratorFuncBatched")
+        self._read.check(self._space)
         self._write = _Batch(_WRITE, len(bodies), _WRITE_SIZE, "pmSpaceBodySetIteratorFuncBatched")
 
     def advance(self, frame_force, tap_force, sample_every):
@@ -196,7 +225,7 @@ def _advance(
     The first kick, of half a step, comes from rest: that step drifts nowhere and ends at t = 0.
     """
     q, v, force = np.empty(4), np.empty(4), np.empty(4)
-    damping, system = np.empty((4, 4)), np.empty((4, 4))
+    damping = np.empty((4, 4))
     steps, n = tap_force.shape
     read_count[0] = 0
     each_body(space, read_iterator, read_address)
@@ -218,8 +247,7 @@ def _advance(
                     for j in range(4):
                         force[j] *= 0.5
                 else:
-                    damping_matrix(q, rigs[i], wires[i], damping)
-                    _centre_damping(force, v, damping, mass[i], h, system)
+                    centre_damping(q, v, rigs[i], wires[i], mass[i], h, damping, force)
             else:
                 for j in range(4):
                     force[j] = -mass[i, j] * v[j] / h
@@ -236,27 +264,3 @@ def _advance(
                 positions[k // sample_every, 0, i] = frame[0]
                 for j in range(3):
                     positions[k // sample_every, 1 + j, i] = cylinder[j]
-
-
-@compiled
-def _centre_damping(force, v, damping, mass, h, system):
-    """Add the damping of the mean of old and new velocity: force <- M dv/h with (M + h C/2) dv = h (force - C v)."""
-    for i in range(4):
-        for j in range(4):
-            force[i] -= damping[i, j] * v[j]
-            system[i, j] = h / 2 * damping[i, j]
-        system[i, i] += mass[i]
-    # Gaussian elimination without pivoting: the matrix is symmetric positive definite.
-    for i in range(4):
-        for r in range(i + 1, 4):
-            factor = system[r, i] / system[i, i]
-            if factor != 0.0:
-                for j in range(i, 4):
-                    system[r, j] -= factor * system[i, j]
-                force[r] -= factor * force[i]
-    for i in range(3, -1, -1):
-        for j in range(i + 1, 4):
-            force[i] -= system[i, j] * force[j]
-        force[i] /= system[i, i]
-    for i in range(4):
-        force[i] *= mass[i]

@@ -116,7 +116,7 @@ def some(settings, points):
 
 def test_a_point_of_a_campaign_is_the_point_alone(campaign):
     settings, whole = campaign
-    points = [0, 149, 150, 299]
+    points = [0, 29, 30, 150, 299]  # both sides of a border between chunks
     for i in points:
         assert_same(whole, sine_test(**some(settings, [i])), slice(i, i + 1))
     assert_same(whole, sine_test(**some(settings, points)), points)
@@ -128,10 +128,10 @@ def test_threads_and_a_checkpoint_give_the_same_bits(campaign, tmp_path):
     with ThreadPoolExecutor(2) as executor:
         run = sine_test(**settings, executor=executor, checkpoint=tmp_path / "a", progress=lambda *n: seen.append(n))
     assert_same(whole, run)
-    assert seen[-1] == (2, 2)
+    assert seen[-1] == (10, 10)
     again = sine_test(**settings, checkpoint=tmp_path / "a", progress=lambda *n: seen.append(n))
     assert_same(whole, again)
-    assert seen[-1] == (2, 2) and (0, 2) not in seen[seen.index((2, 2)) + 1 :]  # nothing was run again
+    assert seen[-1] == (10, 10) and (0, 10) not in seen[seen.index((10, 10)) + 1 :]  # nothing was run again
     with pytest.raises(ValueError):
         sine_test(**settings | {"duration": 1.1}, checkpoint=tmp_path / "a")
 

@@ -1,11 +1,22 @@
 """The rigs in Chipmunk's Space: order of the leapfrog, energy, independence of neighbours, ends of the road."""
 
 import numpy as np
+import pymunk
+import pymunk.batch
 import pytest
 
+from rigsim.model import chipmunk
 from rigsim.model.chipmunk import RigSpace
 from rigsim.model.excitation import CosineForce, HeldForce, Tap, TapForce
-from rigsim.model.planar import conservative_forces, longest_step, mass_matrix, pack, rest_position, static_equilibrium
+from rigsim.model.planar import (
+    centre_damping,
+    conservative_forces,
+    longest_step,
+    mass_matrix,
+    pack,
+    rest_position,
+    static_equilibrium,
+)
 from rigsim.parameters import RigParameters
 
 RIG = RigParameters()
@@ -176,3 +187,65 @@ def test_a_rig_without_equilibrium_cannot_start_there():
 def test_only_rigs_go_into_a_space():
     with pytest.raises(ValueError, match="expects RigParameters"):
         RigSpace([RIG.oscillator], 5e-5, "rest")
+
+
+def publicly(rig, step, frame_force):
+    """xs and the cylinder's coordinates before every kick, by pymunk's public calls alone: slow, and the referee."""
+    rigs, wires = pack([rig])
+    mass = np.diag(mass_matrix(rig)).copy()
+    space, frame, cylinder = pymunk.Space(), pymunk.Body(rig.ms, float("inf")), pymunk.Body(rig.m, rig.inertia)
+    cylinder.position = rest_position(rig)[1:3].tolist()
+    space.add(frame, cylinder)
+    space.step(0.0)
+    fields = pymunk.batch.BodyFields
+    read, write, force, found = pymunk.batch.Buffer(), pymunk.batch.Buffer(), np.empty(4), []
+    for k, shaken in enumerate(frame_force):
+        read.clear()
+        pymunk.batch.get_space_bodies(
+            space, fields.POSITION | fields.ANGLE | fields.VELOCITY | fields.ANGULAR_VELOCITY, read
+        )
+        first, second = np.frombuffer(read.float_buf()).reshape(2, 6)
+        v = np.array([first[3], *second[3:]])
+        q = np.array([first[0], *second[:3]])
+        q += v * step
+        conservative_forces(q, rigs[0], wires[0], force)
+        force[0] += shaken
+        if k:
+            centre_damping(q, v, rigs[0], wires[0], mass, step, np.empty((4, 4)), force)
+        else:
+            force *= 0.5
+        write.set_float_buf(np.array([force[0], 0.0, 0.0, *force[1:]]))
+        pymunk.batch.set_space_bodies(space, fields.FORCE | fields.TORQUE, write)
+        space.step(step)
+        found.append((frame.position.x, *cylinder.position, cylinder.angle))
+    return np.array(found).T
+
+
+@pytest.mark.parametrize("rig", [RIG, ONE_SET.replace(wire_damping=2.0)], ids=["closed form", "elimination"])
+def test_the_compiled_loop_is_what_public_calls_do(rig):
+    force = cosine(1, 5e-5).kicks(0, 400)
+    xs, X, _, tilt = publicly(rig, 5e-5, force[:, 0])
+    found = motion([rig], 5e-5, 400, cosine(1, 5e-5))
+    np.testing.assert_array_equal(found.shaker[:, 0], xs)
+    np.testing.assert_array_equal(found.tilt[:, 0], tilt)
+    np.testing.assert_array_equal(found.mass[:, 0], X - rig.LG * np.cos(tilt))
+
+
+def test_a_space_that_is_laid_out_otherwise_is_refused(monkeypatch):
+    """As if pymunk handed over other fields than its public interface does."""
+    monkeypatch.setattr(chipmunk, "_READ", chipmunk._READ | pymunk.batch.BodyFields.FORCE)
+    with pytest.raises(RuntimeError, match="hands over"):
+        RigSpace([RIG], 5e-5, "rest")
+
+
+def test_closed_form_damping_is_the_elimination_s():
+    """The same rig with dampers of next to nothing in its wires takes the general way."""
+    rig = RIG.replace(rocking_damping=3e-6)
+    found = []
+    for damped in (rig, rig.replace(wire_damping=1e-300)):
+        rigs, wires = pack([damped])
+        force, mass = np.array([1.0, -2.0, 0.5, 1e-3]), np.diag(mass_matrix(damped)).copy()
+        q, v = rest_position(rig) + [1e-3, 2e-3, 1e-6, 0.05], np.array([0.3, -0.2, 0.1, 4.0])
+        centre_damping(q, v, rigs[0], wires[0], mass, 5e-5, np.empty((4, 4)), force)
+        found.append(force)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
