@@ -102,7 +102,7 @@ class Identification(Result):
         return float(nsi.nonlinear_coefficient(extended).real.mean())
 
     def summary(self):
-        """One line: the modes, k3, and what speaks against them."""
+        """One line with modes, k3 and what is to be thought of them."""
         pairs = zip(self.modes.frequency, self.modes.damping, strict=True)
         modes = ", ".join(f"{frequency:.4f} Hz ({damping:.4f})" for frequency, damping in pairs)
         told = f"{self.status}: {self.message}" if self.message else self.status

@@ -10,8 +10,8 @@ from numba import njit
 from run import fastest
 from scipy.integrate import solve_ivp
 
-from rigsim import RigParameters, basins
-from rigsim.attraction.attractors import default_box, landscape, quasi_random
+from rigsim import RigParameters, attractors, basins
+from rigsim.attraction.attractors import default_box, quasi_random
 from rigsim.attraction.flow import accurate_flow
 
 FORCE, FREQUENCY, PERIODS = 3.18, 30.0, 10
@@ -54,7 +54,7 @@ def measure():
     unit = fastest(lambda: [by_scipy(state, flow, rtol, box) for state in few]) / len(few)
     together = fastest(lambda: flow.advance(states, PERIODS)) / len(states)
     alone = fastest(lambda: [flow.advance(state[None], PERIODS) for state in few]) / len(few)
-    found = landscape(rig, FORCE, FREQUENCY)
+    found = attractors(rig, FORCE, FREQUENCY)
     settled = fastest(lambda: found.settle(states), 3) / len(states)
     whole = fastest(lambda: basins(rig, FORCE, FREQUENCY), 2)
     return [

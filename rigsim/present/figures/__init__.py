@@ -1,6 +1,6 @@
 """Figures, a file for each domain; the names here are those that results forward `.plot()` to."""
 
-from .basins import basins_figure, integrity_figure, tap_map_figure
+from .basins import attractors_figure, basins_figure, integrity_figure, tap_map_figure
 from .design import design_figure, existence_chart_figure, margins_figure, tolerance_study_figure
 from .identification import (
     identification_figure,
@@ -23,6 +23,7 @@ from .surface import response_surface_figure
 from .wire_law import wire_law_figure
 
 __all__ = [
+    "attractors_figure",
     "basins_figure",
     "integrity_figure",
     "tap_map_figure",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from rigsim import RigParameters, basins, integrity, smallest_tap, tap_map
+from rigsim import RigParameters, attractors, basins, integrity, smallest_tap, tap_map
 from rigsim.present.figures.basins import motion_colors
 
 RIG = RigParameters()
@@ -25,7 +25,7 @@ def test_basins_figure_shows_its_labels():
     wanted = np.array([to_rgb(color) for color in motion_colors(found.attractors)])
     np.testing.assert_allclose(colors, wanted[found.label])
     assert "low" in figure.alt and "per cent" in figure.alt and "30 hertz" in figure.alt
-    assert "(mm)" in ax.get_xlabel() and "(m/s)" in ax.get_ylabel()
+    assert "[mm]" in ax.get_xlabel() and "[m/s]" in ax.get_ylabel()
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == [
         f"{one.name}: {share:.1%} of the box" for one, share in zip(found.attractors, found.share, strict=True)
@@ -45,7 +45,7 @@ def test_tap_map_marks_the_smallest(taps):
 def test_motions_keep_their_colours(taps):
     colors = motion_colors(taps.attractors)
     assert len(set(colors)) == len(colors)
-    by_name = dict(zip(taps.landscape.names, colors, strict=True))
+    by_name = dict(zip(taps.attractors.names, colors, strict=True))
     other = basins(RIG, 3.18, 30.0, pixels=3, samples=16, starts=64)
     for one, color in zip(other.attractors, motion_colors(other.attractors), strict=True):
         assert by_name[one.name] == color
