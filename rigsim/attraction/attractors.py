@@ -22,7 +22,7 @@ from ..model.oscillator import matrices
 from ..parameters import oscillator_of
 from ..results import Result
 from ..theory.amplitude import frequency_response
-from .flow import _NO_TAP, Flow, accurate_flow, march
+from .flow import Flow, accurate_flow, march
 
 LONGEST = 6  # periods of an orbit
 BRANCHES = ("low", "middle", "high")
@@ -223,7 +223,7 @@ def _settle(y, numbers, h, steps, points, metrics, owner, patience):
     label, periods = np.full(n, -1), np.full(n, patience)
     place = np.arange(n)  # which state a column of ``running`` is
     running = y.copy()
-    gap = np.empty(4)
+    gap, no_tap = np.empty(4), np.empty(0)
     for period in range(patience + 1):
         left = 0
         for i in range(n):
@@ -250,7 +250,7 @@ def _settle(y, numbers, h, steps, points, metrics, owner, patience):
         n = left
         if n == 0 or period == patience:
             break
-        march(running, n, numbers, 0.0, h, steps, _NO_TAP, 0.0, 0.0)
+        march(running, n, numbers, 0.0, h, steps, no_tap, 0.0, 0.0)
     for i in range(n):
         y[:, place[i]] = running[:, i]
     return label, periods
