@@ -16,46 +16,26 @@ _DECADES = 20.0  # axes that span more than this factor are logarithmic
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Boundary:
-    """A curve on a chart where the last detached curve of a kind comes or goes.
+class Outline:
+    """Where the last detached curve of a kind comes or goes, or what that and the chart's edges enclose.
 
     Attributes
     ----------
     kind : str
         "inner" or "outer".
     x, y : (k,) array
-        SI units; the last point is the first where the curve closes on itself.
+        SI units; the last point is the first where a boundary closes on itself.
+    codes : (k,) array of int, or None
+        Of a region with its holes, one after another: what leads to each point, in the codes of matplotlib's ``Path``.
     """
 
     kind: str
     x: np.ndarray
     y: np.ndarray
+    codes: np.ndarray | None
 
     def __repr__(self):
-        return f"Boundary({self.kind}, {self.x.size} points)"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Region:
-    """A connected part of a chart where detached curves of a kind exist.
-
-    Attributes
-    ----------
-    kind : str
-        "inner" or "outer".
-    x, y : (k,) array
-        Its outline and those of its holes, one after another (SI units).
-    codes : (k,) array of int
-        What leads to each point, in matplotlib's `Path` codes: 1 a new outline, 2 a line, 79 its end.
-    """
-
-    kind: str
-    x: np.ndarray
-    y: np.ndarray
-    codes: np.ndarray
-
-    def __repr__(self):
-        return f"Region({self.kind}, {self.x.size} points)"
+        return f"Outline({self.kind}, {self.x.size} points)"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -78,9 +58,7 @@ class ExistenceChart(Result):
         where it does at no force.
     possible : (ny, nx) bool array
         False where there is no such rig (slack wires).
-    boundaries : tuple of Boundary
-    regions : tuple of Region
-        What the boundaries and the chart's edges enclose.
+    boundaries, regions : tuple of Outline
     point : (float, float)
         The rig itself.
     box : (float, float)
@@ -172,15 +150,14 @@ def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101))
     everywhere = changes(columns.ravel(), rows.ravel())
     found, distances = judge_varied(parameters, force, everywhere)
     inner, outer = found.T.reshape(2, *columns.shape)
-    boundaries, regions = [], []
+    outlines = []
     for number, kind in enumerate(KINDS):
 
         def exists(column, row, number=number):
             return judge_varied(parameters, force, changes(column, row))[0][:, number] > 0
 
-        curves, areas = _outlines(distances[:, number].reshape(columns.shape), exists)
-        boundaries += [Boundary(kind, x_of(path[:, 0]), y_of(path[:, 1])) for path in curves]
-        regions += [Region(kind, x_of(path[:, 0]), y_of(path[:, 1]), codes) for path, codes in areas]
+        for path, codes in _outlines(distances[:, number].reshape(columns.shape), exists):
+            outlines.append(Outline(kind, x_of(path[:, 0]), y_of(path[:, 1]), codes))
     return ExistenceChart(
         parameters=parameters,
         force=force,
@@ -191,8 +168,8 @@ def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101))
         outer=outer,
         distance=distances.T.reshape(2, *columns.shape),
         possible=np.isfinite(varied_sets(parameters, force, everywhere)[:, 0]).reshape(columns.shape),
-        boundaries=tuple(boundaries),
-        regions=tuple(regions),
+        boundaries=tuple(outline for outline in outlines if outline.codes is None),
+        regions=tuple(outline for outline in outlines if outline.codes is not None),
         point=tuple(quantity(parameters, force, name).value for name in names),
         box=tuple(widths.get(name, 0.0) for name in names),
         tolerances=tolerances,
@@ -224,7 +201,7 @@ def _axis(parameters, force, given, count):
 
 
 def _outlines(distance, exists):
-    """Curves (k, 2) between grid points in and out of a region, and (outline (k, 2), codes) of its parts, in cells."""
+    """(path (k, 2) in cells, codes or None) of the curves around a region, and of its connected parts."""
     from contourpy import contour_generator
 
     inside = _whole(distance > 0)
@@ -232,11 +209,11 @@ def _outlines(distance, exists):
     contours = contour_generator(z=level, line_type="Separate", fill_type="OuterCode")
     lines, (areas, codes) = contours.lines(0.0), contours.filled(0.0, np.inf)
     if not areas:
-        return [], []
+        return []
     places, back = np.unique(np.concatenate((*lines, *areas)), axis=0, return_inverse=True)
     ends = np.cumsum([len(path) for path in (*lines, *areas)])[:-1]
     paths = np.split(_placed(places, inside, exists)[back.ravel()], ends)
-    return paths[: len(lines)], list(zip(paths[len(lines) :], codes, strict=True))
+    return list(zip(paths, [None] * len(lines) + codes, strict=True))
 
 
 def _whole(inside):

@@ -116,6 +116,7 @@ class Record(Result):
         return {name: getattr(self, name) for name in UNITS if getattr(self, name) is not None}
 
     def summary(self):
+        """One line: how long, how fast, how large."""
         return (
             f"Record of {self.duration:g} s at {self.sample_rate:g} Hz ({self.force.size} samples): force "
             f"{self.force.std():.4g} N rms ({self.hold} hold), largest |xs - x| {1e3 * abs(self.relative).max():.4g} mm"

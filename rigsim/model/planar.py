@@ -335,7 +335,7 @@ def longest_step(parameters):
     A wire's in-plane tangent stiffness never exceeds k, and its pretension k (d - d0) resists the tilt by the
     arm of its pin across the axis: the largest eigenvalue of M^-1 K with both bounds every natural frequency.
     """
-    rigs, wires = pack([parameters])
+    _, wires = pack([parameters])
     bound = np.diag([parameters.ks, 0.0, 0.0, 0.0])
     for wire in wires[0]:
         arm_x, arm_y = wire["along"], wire["across"]

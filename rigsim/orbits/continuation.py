@@ -373,6 +373,15 @@ def breaking_sign(numbers, law, period, orders, cosine, sine, x, parity):
 
 
 @compiled
+def breaking_signs(numbers, law, period, orders, cosine, sine, points, parity):
+    """`breaking_sign` at each of the points (k, n)."""
+    signs = np.empty(len(points))
+    for i in range(len(points)):
+        signs[i] = breaking_sign(numbers, law, period, orders, cosine, sine, points[i], parity)
+    return signs
+
+
+@compiled
 def breaking_direction(numbers, law, period, orders, cosine, sine, x, parity):
     """Unit direction (relative length) in which orbits branch off at x, as for `breaking_sign`.
 

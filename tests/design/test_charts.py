@@ -78,9 +78,11 @@ def test_outlines_close_holes_are_kept_and_what_holds_no_cell_is_left_out():
     distance[6, 7:12] = 0.1  # a strip that hangs on the square
     edge = lambda values: np.where(values % 1 < 0.3, np.floor(values), np.ceil(values)).astype(int)  # noqa: E731
     exists = lambda x, y: distance[edge(y), edge(x)] > 0  # noqa: E731
-    curves, areas = _outlines(distance, exists)
-    (area, codes), (outer, hole) = areas[0], sorted(curves, key=len, reverse=True)
-    assert len(areas) == 1 and len(curves) == 2 and (codes == 1).sum() == (codes == 79).sum() == 2
+    paths = _outlines(distance, exists)
+    curves = [path for path, codes in paths if codes is None]
+    ((area, codes),) = [(path, codes) for path, codes in paths if codes is not None]
+    outer, hole = sorted(curves, key=len, reverse=True)
+    assert (codes == 1).sum() == (codes == 79).sum() == 2
     assert (hole[0] == hole[-1]).all() and not (outer[0] == outer[-1]).all()  # the strip leaves the chart
     fractions = np.concatenate(curves) % 1
     np.testing.assert_allclose(fractions[fractions > 0], 0.3, atol=1e-6)

@@ -28,7 +28,7 @@ def test_sines_fitted_together_are_recovered_exactly():
 def test_the_fit_is_that_of_a_least_squares_solver(f, seed):
     """NumPy's, by singular values: whole periods of a noisy signal, ten harmonics."""
     noisy = np.random.default_rng(seed).normal(size=(4000, 2)) + 100 * signal([(f, 1j)])[:, None]
-    inside = TIME > TIME[-1] - np.floor((TIME[-1] - TIME[0]) * f) / f
+    inside = TIME[-1] - np.floor((TIME[-1] - TIME[0]) * f) / f < TIME
     frequencies = f * np.arange(1, 11)
     amplitudes, residual = fit_sines(TIME[inside], noisy[inside], frequencies)
     phase = 2 * np.pi * np.outer(TIME[inside], frequencies)

@@ -66,7 +66,7 @@ def test_the_record_of_a_point_is_its_window(branches):
     np.testing.assert_allclose(record.force, FORCE * np.cos(2 * np.pi * 50 * t), atol=1e-9)
     # The lines are those of the trace: a projection over the 50 whole periods.
     U = 2 * np.mean(record.relative[1:] * np.exp(-2j * np.pi * 50 * t[1:]))
-    assert U == pytest.approx(branches.relative[1], rel=1e-6)
+    assert pytest.approx(branches.relative[1], rel=1e-6) == U
     assert branches.tilt[1] == abs(record.tilt).max()
     for i in (-1, 2, 0.5):
         with pytest.raises(ValueError, match="i = "):

@@ -29,7 +29,7 @@ def test_hill_and_shooting_agree_on_every_orbit(branches):
     for branch in branches:
         for i in range(0, branch.frequency.size, 3):
             shot = branch.shoot(i)
-            assert shot.converged, shot.status
+            assert shot.converged, shot.message
             assert apart(shot.multipliers, branch.multipliers[i]) < 1e-6
             assert apart(branch.multipliers[i], shot.multipliers) < 1e-6
             if i not in branch.folds:
@@ -126,7 +126,7 @@ def test_single_term_verdicts_that_err_are_named(branches):
 
 def test_shooting_says_when_it_fails_and_refuses_bad_input():
     lost = shoot_orbit(RigParameters(), FORCE, 30.0, [0.1, -0.1, 5, 5], iterations=1)
-    assert not lost.converged and "not converged" in lost.status and not lost.stable
+    assert not lost.converged and "not converged" in lost.message and not lost.stable
     for changes, message in [
         ({"force": 0}, "force = 0 N"),
         ({"frequency": -1}, "frequency = -1 Hz"),

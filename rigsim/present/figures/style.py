@@ -33,6 +33,9 @@ MOTIONS = {
 }
 OTHERS = (YELLOW, BLUE, BLACK)
 
+# The panels of Fig. 6: a field of results, and its name.
+PANELS = (("shaker", "shaker $x_s$"), ("mass", "suspended mass $x$"), ("relative", "relative $z = x_s - x$"))
+
 # The paper's key (Fig. 6).
 STABLE = {"linestyle": "-"}
 UNSTABLE = {"linestyle": "--"}
