@@ -7,7 +7,15 @@ force come from polynomials: what they must be is known however close two curves
 import numpy as np
 import pytest
 
-from rigsim import RigParameters, continue_orbit, detached_curves, folds, force_scenario, periodic_orbits
+from rigsim import (
+    RigParameters,
+    continue_orbit,
+    detached_curves,
+    folds,
+    force_scenario,
+    frequency_response,
+    periodic_orbits,
+)
 
 RIG = RigParameters()
 BAND = (5, 150)
@@ -75,6 +83,21 @@ def test_a_curve_is_the_same_from_wherever_it_is_entered(event, near):
                 np.testing.assert_allclose(fold_frequencies(again), fold_frequencies(branch), rtol=1e-7)
             if not again.closed:
                 assert (again.frequency[0], again.frequency[-1]) == pytest.approx(BAND, rel=1e-12)
+
+
+@pytest.mark.parametrize("near", [3e-4, 1e-3, 3e-3, 1e-2])
+def test_another_pass_beside_the_start_does_not_close_the_curve(near):
+    """Just above the birth of the hysteresis two sheets run side by side, a few per cent of z apart."""
+    force = SCENARIO[0].force * (1 + near)
+    low, high = sorted(fold.frequency for fold in folds(RIG, force))
+    for share in (0.2, 0.5, 0.8):
+        frequency = low + share * (high - low)
+        solutions = frequency_response(RIG, force, [frequency]).relative[0]
+        assert abs(solutions[2] / solutions[0] - 1) < 0.35
+        for z in solutions:
+            branch = continue_orbit(RIG, force, frequency, [0, z], BAND, 1, "cubic")
+            assert not branch.closed and branch.frequency[[0, -1]] == pytest.approx(BAND, rel=1e-12)
+            np.testing.assert_allclose(fold_frequencies(branch), [low, high], rtol=1e-9)
 
 
 # Upper folds at 3.18 N, of the detached curve and of the main one, and a frequency below at which there are three.
