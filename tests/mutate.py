@@ -7,17 +7,19 @@ A mutation negates a comparison, swaps + and -, * and /, `and` and `or`, min and
 truth value, takes a whole number one off, or multiplies a constant: by 2 or 1/2, tolerances below 1e-5 by 1000.
 Texts, errors, summaries, tables and annotations are left alone. Every file of the core has its turn before any has a
 second one; which places of a file come first is the seed's choice, whatever else is asked for. A mutation is killed
-by the first test that fails, or that takes far longer than usual.
+by the first test that fails, and passes where nothing is mutated, or by taking too long.
 
 Not mutmut or cosmic-ray: the one guides mutants through trampolines, which compiled functions do not take, the other
 has one command for all files, where most of our tests would be run for nothing. Each job has a copy of the tree, whose
-machine code is put back before every mutation, so that only what a mutation reaches is compiled again.
+machine code is put back before every mutation, so that only what a mutation reaches is compiled again: run the tests
+first, or every mutation compiles everything.
 """
 
 import argparse
 import ast
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -34,7 +36,7 @@ CORE = (
     "parameters.py", "checks.py", "model", "theory", "attraction", "orbits", "design", "experiment", "identification",
     "paper/virtual_experiment.py", "campaign",
 )  # fmt: skip
-PATIENCE = 120.0  # s beyond six times the usual, for what is compiled
+BROKEN = "the test that fails does so without the mutation, too"
 
 # Tests of a file besides tests/<room>/test_<name>.py.
 ALSO = {
@@ -197,51 +199,74 @@ class Copy:
     """A copy of the tree in which one mutation after the other is tried."""
 
     def __init__(self, folder):
-        self.folder = folder
+        self.folder, self.running = folder, None
         listed = ["git", "ls-files", "--cached", "--others", "--exclude-standard"]
         for name in subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines():
             if (ROOT / name).is_file() and not name.startswith("notebooks/"):
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / name, folder / name)
-        self.code = folder / "rigsim" / "__pycache__" / "compiled"
 
-    def put_back(self, code):
-        """Machine code as it was for the sources as they are."""
-        self.code.mkdir(parents=True, exist_ok=True)
-        for path in code.iterdir():
-            if not (self.code / path.name).exists():
-                os.link(path, self.code / path.name)
+    def put_back(self):
+        """Machine code as the tree has it, if it was ever run: for the sources as they are."""
+        known, here = (folder / "rigsim" / "__pycache__" / "compiled" for folder in (ROOT, self.folder))
+        here.mkdir(parents=True, exist_ok=True)
+        for path in known.glob("[!.]*"):
+            if not (here / path.name).exists():
+                shutil.copy2(path, here / path.name)
 
-    def run(self, tests, seconds):
-        """Whether the tests pass here: True, False, or None if they do not end in time."""
+    def run(self, tests, patience):
+        """The first test that fails here, "" if all pass, or None if they do not end in time (s)."""
         environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
         environment |= {"PYTHONPATH": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1"}
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=no", "-p", "no:cacheprovider"]
         process = subprocess.Popen(
             [*command, *(f"tests/{test}" for test in tests)], cwd=self.folder, env=environment, text=True,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
         )  # fmt: skip
+        self.running = process
         try:
-            self.said, _ = process.communicate(timeout=seconds)
-        except BaseException as error:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            if isinstance(error, subprocess.TimeoutExpired):
-                return None
-            raise
-        if process.returncode not in (0, 1, 2):  # 2: a module that does not even load
-            raise RuntimeError(f"pytest ended with {process.returncode}:\n{self.said[-2000:]}")
-        return process.returncode == 0
+            said, _ = process.communicate(timeout=patience)
+        except subprocess.TimeoutExpired:
+            self.stop()
+            return None
+        if process.returncode == 0:
+            return ""
+        failed = re.findall(r"^(?:FAILED|ERROR) tests/(.*?)(?: - .*)?$", said, re.M)
+        if not failed:
+            raise RuntimeError(f"pytest ended with {process.returncode}:\n{said[-2000:]}")
+        return failed[0]
 
-    def attempt(self, mutation, tests, seconds):
-        """As `run`, of the mutated sources."""
-        path = self.folder / "rigsim" / mutation.file
+    def stop(self):
+        """End what runs here, with all that it started."""
+        if self.running is not None and self.running.poll() is None:
+            os.killpg(self.running.pid, signal.SIGKILL)
+            self.running.wait()
+
+    def attempt(self, mutation, patience):
+        """Words of what became of a mutation, "" if no test fails."""
+        path, tests = self.folder / "rigsim" / mutation.file, tests_of(mutation.file)
         source = path.read_bytes()
+        self.put_back()
         try:
             path.write_bytes(source[: mutation.start] + mutation.after.encode() + source[mutation.end :])
-            return self.run(tests, seconds)
+            failed = self.run(tests, patience)
         finally:
             path.write_bytes(source)
+        if failed == "":
+            return ""
+        if failed is None:
+            return "takes too long"
+        self.put_back()
+        # A module that does not load stands for all of its tests.
+        return failed if self.passes_as_it_is(failed.partition("[")[0], patience) else BROKEN
+
+    def passes_as_it_is(self, test, patience):
+        """Whether a test passes where nothing is mutated."""
+        if test not in self.known:
+            self.known[test] = self.run([test], patience) == ""
+        return self.known[test]
+
+    known = {}  # of all copies
 
 
 def main():
@@ -251,6 +276,7 @@ def main():
     parser.add_argument("--count", type=int, default=120)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--seed", type=int, default=2014)
+    parser.add_argument("--patience", type=float, default=600.0, help="seconds after which a mutation counts as killed")
     parser.add_argument("--list", action="store_true", help="print the mutations, try none")
     options = parser.parse_args()
     mutations = chosen(options.seed, options.only, options.count)
@@ -260,79 +286,45 @@ def main():
         return
     begun, results = time.perf_counter(), []
     with tempfile.TemporaryDirectory(prefix="mutate-") as folder:
+        every = [Copy(Path(folder, str(job))) for job in range(options.jobs)]
         copies = Queue()
-        for job in range(options.jobs):
-            copies.put(Copy(Path(folder, str(job))))
+        for copy in every:
+            copies.put(copy)
+
+        def one(mutation):
+            copy = copies.get()
+            start = time.perf_counter()
+            try:
+                return mutation, copy.attempt(mutation, options.patience), time.perf_counter() - start
+            finally:
+                copies.put(copy)
+
         pool = ThreadPoolExecutor(options.jobs)
         try:
-            usual = baseline(copies, options.jobs, sorted({test for m in mutations for test in tests_of(m.file)}))
-            code = Path(folder, "code")
-            gather(copies, options.jobs, code)
-
-            def one(mutation):
-                tests = [test for test in tests_of(mutation.file) if test in usual]
-                if not tests:
-                    return mutation, True, 0.0
-                copy = copies.get()
-                try:
-                    copy.put_back(code)
-                    start = time.perf_counter()
-                    passed = copy.attempt(mutation, tests, PATIENCE + 6 * sum(usual[test] for test in tests))
-                    return mutation, passed, time.perf_counter() - start
-                finally:
-                    copies.put(copy)
-
             for number, result in enumerate(pool.map(one, mutations), 1):
                 results.append(result)
                 print(f"{number:4}/{len(mutations)} {told(*result)}", flush=True)
         except KeyboardInterrupt:
             print("interrupted")
         finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+            pool.shutdown(wait=False, cancel_futures=True)
+            for copy in every:
+                copy.stop()
+            pool.shutdown(wait=True)
     print(score(results, time.perf_counter() - begun))
 
 
-def baseline(copies, jobs, tests):
-    """Seconds that each file of tests takes where nothing is mutated; leaves its machine code in the copies."""
-
-    def one(test):
-        copy = copies.get()
-        try:
-            start = time.perf_counter()
-            return test, copy.run([test], 3600), time.perf_counter() - start
-        finally:
-            copies.put(copy)
-
-    usual = {}
-    with ThreadPoolExecutor(jobs) as pool:
-        for test, passed, seconds in pool.map(one, tests):
-            if passed:
-                usual[test] = seconds
-            verdict = "passes" if passed else "FAILS, and is left out,"
-            print(f"{seconds:8.1f} s  tests/{test} {verdict} as it is", flush=True)
-    return usual
-
-
-def gather(copies, jobs, folder):
-    """Machine code of all copies in one folder."""
-    folder.mkdir()
-    waiting = [copies.get() for _ in range(jobs)]
-    for copy in waiting:
-        for path in copy.code.glob("[!.]*") if copy.code.is_dir() else ():
-            if not (folder / path.name).exists():
-                os.link(path, folder / path.name)
-        copies.put(copy)
-
-
-def told(mutation, passed, seconds):
+def told(mutation, failed, seconds):
     """One line on a mutation that was tried."""
-    verdict = {True: "SURVIVED", False: "killed", None: "killed (time)"}[passed]
-    return f"{verdict:13} {seconds:6.1f} s  {mutation.file}:{mutation.line}  {mutation.before}  ->  {mutation.after}"
+    verdict = {"": "SURVIVED", BROKEN: "not tried"}.get(failed, "killed")
+    by = f"  ({failed})" if failed else ""
+    return f"{verdict:9} {seconds:6.1f} s  {mutation.file}:{mutation.line}  {mutation.before}  ->  {mutation.after}{by}"
 
 
 def score(results, seconds):
     """The score, and the survivors with why."""
-    survivors = [mutation for mutation, passed, _ in results if passed]
+    results = [result for result in results if result[1] != BROKEN]
+    survivors = [mutation for mutation, failed, _ in results if failed == ""]
     known = [mutation for mutation in survivors if (mutation.file, mutation.mutated) in EQUIVALENT]
     killed, tried = len(results) - len(survivors), max(1, len(results))
     lines = [
