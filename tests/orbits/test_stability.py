@@ -81,6 +81,18 @@ def test_multipliers_of_any_orbit_have_liouville_s_product(mu, zeta_s, zeta, Ome
             assert abs(values.prod() - expected) < 1e-7 * np.maximum(1, abs(values)).prod()
 
 
+@pytest.mark.parametrize(
+    ("force", "band", "known"), [(3.18, (2, 30), 5e-10), (20.0, (3, 30), 3e-8), (60.0, (5, 40), 4e-8)]
+)
+def test_slow_and_strong_orbits_have_liouville_s_product(force, band, known):
+    """Many lines matter there, and those beyond the rows kept enter by the tail alone."""
+    p = RigParameters()
+    for branch in periodic_orbits(p, force, band, harmonics=9):
+        expected = np.exp(-(p.cs / p.ms + p.c / p.ms + p.c / p.m) * branch.period / branch.frequency)
+        off = abs(branch.multipliers.prod(axis=1) - expected) / np.maximum(1, abs(branch.multipliers)).prod(axis=1)
+        assert off.max() < known
+
+
 def test_special_points_of_the_paper_s_rig(branches):
     main, inner = branches
     assert [(p.kind, round(p.frequency, 2)) for p in main.special_points] == [
