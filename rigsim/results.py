@@ -92,7 +92,7 @@ class Result:
         # The one arrow against the flow: imported on call, so that results need no matplotlib.
         from .present import figures
 
-        return getattr(figures, self.plots[what])(self, **({} if ax is None else {"ax": ax}), **options)
+        return getattr(figures, self.plots[what])(self, ax=ax, **options)
 
 
 class ResultSequence(Result, Sequence):

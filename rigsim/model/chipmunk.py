@@ -23,8 +23,8 @@ from numba.experimental import function_type  # noqa: F401  (registers how such 
 
 from ..compiled import compiled
 from .planar import (
+    centre_damping,
     conservative_forces,
-    damping_matrix,
     largest_tilt,
     longest_step,
     pack,
@@ -49,6 +49,7 @@ batch, ffi, lib = _foreign_functions()
 _FIELDS = batch.BodyFields
 _READ = _FIELDS.POSITION | _FIELDS.ANGLE | _FIELDS.VELOCITY | _FIELDS.ANGULAR_VELOCITY
 _WRITE = _FIELDS.FORCE | _FIELDS.TORQUE
+_LAID_OUT_OTHERWISE = f"pymunk {PYMUNK} lays out its bodies otherwise than rigsim's compiled loop expects"
 _READ_SIZE, _WRITE_SIZE = 6, 3  # numbers a body, in Chipmunk's order
 
 # Chipmunk's own checks abort the process on a NaN: a rig that flies apart is parked long before. No part of a
@@ -93,12 +94,15 @@ class _Batch:
         address = int(ffi.cast("uintptr_t", self._data))
         self.handles = int(ffi.cast("uintptr_t", ffi.addressof(lib, iterator))), address, self.count
 
+    def public(self, space):
+        """The numbers of the bodies of a Space as pymunk itself reads them."""
+        buffer = batch.Buffer()
+        batch.get_space_bodies(space, self.fields, buffer)
+        return np.frombuffer(buffer.float_buf())
+
     def differs(self, space):
-        """Whether these numbers are not the ones that pymunk itself reads off the bodies of a Space."""
-        public = batch.Buffer()
-        batch.get_space_bodies(space, self.fields, public)
-        expected = np.frombuffer(public.float_buf())
-        return self.count[0] != expected.size or not np.array_equal(self.values.ravel(), expected)
+        """Whether these numbers are others than the public ones."""
+        return self.count[0] != self.values.size or not np.array_equal(self.values.ravel(), self.public(space))
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,15 +183,17 @@ class RigSpace:
 
     def _try_out(self, bodies):
         """Read the bodies, and write forces, as the loop will; refuse if pymunk's public calls tell otherwise."""
+        both = self._read, self._write
+        # The sizes first: Chipmunk would grow an array that is too short, and these are not its own.
+        if any(one.public(self._space).size != one.values.size for one in both):
+            raise RuntimeError(_LAID_OUT_OTHERWISE)
         _each_body(_EACH_BODY, self._address, self._read.handles)
         self._write.values[:] = np.arange(1.0, self._write.values.size + 1).reshape(-1, _WRITE_SIZE)
         _each_body(_EACH_BODY, self._address, self._write.handles)
         told = [(*body.position, body.angle, *body.velocity, body.angular_velocity) for body in bodies]
         order = not np.array_equal(self._read.values, told)
-        if order or self._read.differs(self._space) or self._write.differs(self._space):
-            raise RuntimeError(
-                f"pymunk {pymunk.version} lays out its bodies otherwise than rigsim's compiled loop expects"
-            )
+        if order or any(one.differs(self._space) for one in both):
+            raise RuntimeError(_LAID_OUT_OTHERWISE)
         self._write.values[:] = 0.0
         _each_body(_EACH_BODY, self._address, self._write.handles)
 
@@ -231,7 +237,7 @@ def _advance(
     The first kick, of half a step, comes from rest: that step drifts nowhere and ends at t = 0.
     """
     q, v, force = np.empty(4), np.empty(4), np.empty(4)
-    damping, system = np.empty((4, 4)), np.empty((4, 4))
+    damping = np.empty((4, 4))
     steps, n = tap_force.shape
     columns = min(frame_force.shape[1], 2) - 1  # 0 where all frames share one
     _each_body(each_body, space, read_handles)
@@ -253,8 +259,7 @@ def _advance(
                     for j in range(4):
                         force[j] *= 0.5
                 else:
-                    damping_matrix(q, rigs[i], wires[i], damping)
-                    centre_damping(force, v, damping, mass[i], h, system)
+                    centre_damping(q, v, rigs[i], wires[i], mass[i], h, damping, force)
             else:
                 for j in range(4):
                     force[j] = -mass[i, j] * v[j] / h
@@ -277,27 +282,3 @@ def _each_body(each_body, space, handles):
     iterator, address, count = handles
     count[0] = 0
     each_body(space, iterator, address)
-
-
-@compiled
-def centre_damping(force, v, damping, mass, h, system):
-    """Add the damping of the mean of old and new velocity: force <- M dv/h with (M + h C/2) dv = h (force - C v)."""
-    for i in range(4):
-        for j in range(4):
-            force[i] -= damping[i, j] * v[j]
-            system[i, j] = h / 2 * damping[i, j]
-        system[i, i] += mass[i]
-    # Gaussian elimination without pivoting: the matrix is symmetric positive definite.
-    for i in range(4):
-        for r in range(i + 1, 4):
-            factor = system[r, i] / system[i, i]
-            if factor != 0.0:
-                for j in range(i, 4):
-                    system[r, j] -= factor * system[i, j]
-                force[r] -= factor * force[i]
-    for i in range(3, -1, -1):
-        for j in range(i + 1, 4):
-            force[i] -= system[i, j] * force[j]
-        force[i] /= system[i, i]
-    for i in range(4):
-        force[i] *= mass[i]

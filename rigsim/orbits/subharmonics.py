@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from .. import checks
-from ..attraction.attractors import landscape, quasi_random
+from ..attraction.attractors import attractors, quasi_random
 from ..campaign.run import run_chunks
 from ..parameters import OscillatorParameters, RigParameters, law_of
 from ..results import Result
@@ -236,19 +236,18 @@ _KEPT = ("period", "amplitude", "relative", "share")
 
 def _search_chunk(chunk):
     """Motions of more than one period at one frequency, as arrays."""
-    found = landscape(**chunk)
-    several = [i for i, one in enumerate(found.attractors) if one.period > 1]
-    count = 9 * max([3, *(found.attractors[i].period for i in several)]) + 1
+    found = attractors(**chunk)
+    several = [one for one in found if one.period > 1]
+    count = 9 * max([3, *(one.period for one in several)]) + 1
     relative = np.zeros((len(several), count), dtype=complex)
-    for row, i in zip(relative, several, strict=True):
-        lines = found.attractors[i].relative
-        row[: lines.size] = lines
+    for row, one in zip(relative, several, strict=True):
+        row[: one.relative.size] = one.relative
     label, _ = found.settle(quasi_random(chunk["starts"], found.box, chunk["seed"]))
     return {
-        "period": np.array([found.attractors[i].period for i in several], dtype=int),
-        "amplitude": np.array([found.attractors[i].amplitude for i in several]),
+        "period": np.array([one.period for one in several], dtype=int),
+        "amplitude": np.array([one.amplitude for one in several]),
         "relative": relative,
-        "share": np.array([(label == i).mean() for i in several]),
+        "share": np.array([(label == one.motion).mean() for one in several]),
     }
 
 

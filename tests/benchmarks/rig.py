@@ -12,8 +12,7 @@ import pymunk
 
 from rigsim import RigParameters, Tap, random_test, sine_test
 from rigsim.compiled import compiled
-from rigsim.model.chipmunk import centre_damping
-from rigsim.model.planar import conservative_forces, damping_matrix, mass_matrix, pack, rest_position
+from rigsim.model.planar import centre_damping, conservative_forces, mass_matrix, pack, rest_position
 
 RIGS, STEP, DURATION = 142, 5e-5, 3.0
 
@@ -21,14 +20,13 @@ RIGS, STEP, DURATION = 142, 5e-5, 3.0
 @compiled
 def leapfrog(q, v, rig, wires, mass, amplitude, omega, h, steps):
     """Move ``q`` and ``v`` (4,), in place, under F cos(omega t) on the frame."""
-    force, damping, system = np.empty(4), np.empty((4, 4)), np.empty((4, 4))
+    force, damping = np.empty(4), np.empty((4, 4))
     for step in range(steps):
         for i in range(4):
             q[i] += v[i] * h
         conservative_forces(q, rig, wires, force)
         force[0] += amplitude * np.cos(omega * step * h)
-        damping_matrix(q, rig, wires, damping)
-        centre_damping(force, v, damping, mass, h, system)
+        centre_damping(q, v, rig, wires, mass, h, damping, force)
         for i in range(4):
             v[i] += force[i] * h / mass[i]
 
@@ -36,7 +34,7 @@ def leapfrog(q, v, rig, wires, mass, amplitude, omega, h, steps):
 def bare(rig, frequency, steps):
     """Seconds of the unit, a rig and step."""
     rigs, wires = pack([rig])
-    mass = np.diag(mass_matrix(rig))
+    mass = np.diag(mass_matrix(rig)).copy()
     begun = time.perf_counter()
     for omega in 2 * np.pi * frequency:
         leapfrog(rest_position(rig), np.zeros(4), rigs[0], wires[0], mass, 3.18, omega, STEP, steps)

@@ -45,6 +45,27 @@ def test_the_forces_margin_is_the_closed_form():
     np.testing.assert_allclose([force.low, force.high], [low, high], rtol=1e-10)
 
 
+@pytest.mark.parametrize(
+    ("cs", "c", "m", "stretch"),
+    [
+        (1.301188477050256, 0.00644556248001295, 0.0037345387105644496, 3.48963895e-07),
+        (5.3622190601041995, 0.06878447571732488, 0.004708145343444889, 6.345833291e-06),
+        (1.9051330289620962, 0.07439340702590583, 0.0036488876897050335, 9.35383783e-06),
+    ],
+)
+def test_a_narrow_gap_is_not_stepped_over(cs, c, m, stretch):
+    """The curve is lost for a per mille of the force and found again: less than the scan's steps, but seen as a dip."""
+    rig = RIG.replace(cs=cs, c=c, m=m, d0=RIG.d - stretch)
+    (first, lost), (again, last) = existence_forces(rig, "outer")
+    for distance in (again - lost) * np.array([10, 14, 20, 28, 40, 56]):
+        if lost - distance > first:
+            found = margins(rig, lost - distance, "outer", ["force"])["force"]
+            assert found.high == pytest.approx(lost, rel=1e-9)
+        if again + distance < last:
+            found = margins(rig, again + distance, "outer", ["force"])["force"]
+            assert found.low == pytest.approx(again, rel=1e-9)
+
+
 def test_the_papers_rig_hangs_on_micrometres():
     found = margins(RIG, 3.18)
     first = found[0]

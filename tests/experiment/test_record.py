@@ -160,6 +160,48 @@ def test_the_hold_may_be_told_at_loading_but_not_twice(tmp_path):
         Record.load(path, hold="zero")
 
 
+def with_times(path, time, said=""):
+    """A file with a column of instants (s), and with a sample rate if one is said."""
+    path.write_text(f'# {{"hold": "zero"{said}}}\ntime,force,shaker,mass\n')
+    with path.open("a") as file:
+        np.savetxt(file, np.column_stack([time, np.ones((len(time), 3))]), delimiter=",", fmt="%.12g")
+    return path
+
+
+EVEN = np.arange(200) / 2000
+
+
+@pytest.mark.parametrize(
+    ("time", "allowed"),
+    [
+        (EVEN, True),
+        (EVEN + 7.0, True),
+        (EVEN + 0.20 / 2000 * (-1.0) ** np.arange(200), True),  # written with few digits: steps of 0.6 and 1.4
+        (EVEN + 0.24 / 2000 * (-1.0) ** np.arange(200), False),
+        (np.delete(EVEN, 120), False),  # a lost sample
+        (EVEN + 0.8 / 2000 * np.sin(np.pi * np.arange(200) / 199), True),  # a clock that gains less than a sample
+        (EVEN + 1.2 / 2000 * np.sin(np.pi * np.arange(200) / 199), False),  # or more, though no step shows it
+        (EVEN - 1.2 / 2000 * np.sin(np.pi * np.arange(200) / 199), False),
+        (EVEN[::-1], False),
+        (0 * EVEN, False),
+    ],
+)
+def test_a_time_column_may_be_rounded_but_neither_jumps_nor_drifts(tmp_path, time, allowed):
+    path = with_times(tmp_path / "mine.csv", time)
+    if allowed:
+        assert Record.load(path).sample_rate == pytest.approx(2000, rel=0.003)
+    else:
+        with pytest.raises(ValueError, match="not evenly spaced; expected rising steps"):
+            Record.load(path)
+
+
+def test_a_sample_rate_that_is_said_must_be_that_of_the_time_to_a_thousandth(tmp_path):
+    assert Record.load(with_times(tmp_path / "near.csv", EVEN, ', "sample_rate": 2001.6')).sample_rate == 2001.6
+    for said in (2002.4, 1997.6):
+        with pytest.raises(ValueError, match="its time gives 2000 Hz"):
+            Record.load(with_times(tmp_path / "far.csv", EVEN, f', "sample_rate": {said}'))
+
+
 def test_a_broken_netcdf_is_named(tmp_path):
     path = tmp_path / "broken.nc"
     path.write_bytes(b"no netCDF at all")

@@ -49,6 +49,18 @@ def test_below_resonance_the_rig_follows_the_force_and_above_it_opposes():
     assert abs(np.angle(-test.shaker[1])) < 0.05
 
 
+def test_a_tap_across_a_block_s_border_is_whole():
+    """A linear rig answers a later tap as it does an earlier one, later: blocks end every 0.125 s."""
+    taps = [None, Tap(time=0.94), Tap(time=0.999), Tap(time=0.9985, duration=0.002)]
+    test = sine_test(LINEAR, 0.05, 20.0, tap=taps, duration=1.5)
+    answer = test.traces[:, 1] - test.traces[0, 1]
+    begin = np.array([np.searchsorted(test.time, tap.time - 1e-9) for tap in taps[1:]])
+    first, *others = (answer[i + 1, at : at + 400] for i, at in enumerate(begin))
+    assert abs(first).max() > 1e-4
+    for other in others:
+        np.testing.assert_allclose(other, first, atol=1e-3 * abs(first).max())
+
+
 def test_a_tap_reaches_the_high_branch(branches):
     assert list(branches.status) == [Status.SETTLED] * 2
     low, high = abs(branches.relative)

@@ -61,6 +61,27 @@ def test_a_slow_change_of_the_fundamental_is_still_drifting():
     assert status == Status.STILL_DRIFTING
 
 
+@pytest.mark.parametrize(("growth", "status"), [(0.9e-3, Status.SETTLED), (1.1e-3, Status.STILL_DRIFTING)])
+def test_a_thousandth_between_half_windows_is_the_limit(growth, status):
+    """A line that grows evenly by two parts over the window grows by one from half to half."""
+    grown = line(F, 2e-3 * np.exp(-1j * np.pi / 3)) * 2 * growth * T
+    *_, drift, (found, message) = read(grown)
+    assert drift == pytest.approx(growth, rel=0.02)
+    assert found == status and f"drifts by {drift:.2g}" in message
+
+
+@pytest.mark.parametrize(("kept", "status"), [(0.94, Status.NOT_PERIODIC), (0.86, Status.STILL_DRIFTING)])
+def test_a_line_that_loses_a_tenth_from_half_to_half_is_dying(kept, status):
+    decay = -2 * np.log(kept)
+    assert read(line(F * 0.618, 3e-4, decay=decay))[-1][0] == status
+
+
+def test_a_subharmonic_motion_that_still_changes_is_drifting():
+    part = line(F / 3, 4e-4 * 1j)
+    *_, drift, (status, message) = read(part, line(F, 2e-4, decay=1.0))
+    assert drift > 1e-3 and status == Status.STILL_DRIFTING and "shake for longer" in message
+
+
 def test_a_lasting_line_that_is_no_part_of_f_is_not_periodic():
     *_, (status, message) = read(line(F * 0.618, 3e-4))
     assert status == Status.NOT_PERIODIC

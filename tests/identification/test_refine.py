@@ -1,5 +1,7 @@
 """Gauss-Newton on the lines of a band: derivatives, leakage, and what it gains on noise."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rigsim.identification.refine import _lines, refine_state_space
@@ -56,3 +58,25 @@ def test_a_noisy_estimate_comes_nearer_and_an_exact_one_stays():
         after.append(np.linalg.norm(response(refined, frequency) - response(true, frequency)))
         assert (unexplained > 0.05).all() and (unexplained < 0.3).all()  # noise outside the band does not count
     assert np.mean(after) < 0.9 * np.mean(before)
+
+
+def test_no_refinement_leaves_more_than_it_was_given_or_a_model_that_grows():
+    """Newton's steps from far away end anywhere: what does not lower the misfit, or is unstable, is not taken."""
+    true = known_system()
+    inputs = np.random.default_rng(4).normal(size=(2000, 2))
+    outputs = true.simulate(inputs)
+    gains = []
+    for seed in range(24):
+        rng = np.random.default_rng(seed)
+        size = (0.02, 0.05, 0.1, 0.3)[seed % 4]
+        A = true.A + size * rng.normal(size=true.A.shape)
+        radius = abs(np.linalg.eigvals(A)).max()
+        A *= 0.97 / radius if radius >= 1 else 1
+        start = replace(true, A=A, B=true.B + 3 * size * rng.normal(size=true.B.shape))
+        refined, given, _ = refine_state_space(start, inputs, outputs, (1, 25))
+        _, left, _ = refine_state_space(refined, inputs, outputs, (1, 25))
+        gains.append(np.mean((left / given) ** 2))
+        assert gains[-1] < 1 + 1e-9 and abs(np.linalg.eigvals(refined.A)).max() < 1
+        if gains[-1] > 1 - 1e-9:
+            np.testing.assert_array_equal(refined.A, start.A)
+    assert min(gains) < 1e-9 and max(gains) > 1 - 1e-9  # from near it finds the system; from far it stays

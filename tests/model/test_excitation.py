@@ -70,6 +70,16 @@ def test_impulse_of_a_taps_kicks_converges_at_second_order():
     np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 4, rtol=0.01)
 
 
+@pytest.mark.parametrize("begin", [0.0093, 0.00999, 0.01, 0.0112, 0.0081])
+def test_a_tap_s_kicks_do_not_depend_on_where_blocks_are_cut(begin):
+    """Taps that begin before a border and end behind it, and one as long as two blocks."""
+    taps = TapForce((Tap(0.5, 2e-3, begin), Tap(-0.2, 0.02, begin)), np.array([1.0, 0.3]), 1e-4)
+    pieces = np.concatenate([taps.kicks(first, 100) for first in range(0, 400, 100)])
+    np.testing.assert_array_equal(pieces, taps.kicks(0, 400))
+    impulses = pieces.sum(axis=0) * 1e-4 / (taps.mass * [0.5, -0.2])
+    np.testing.assert_allclose(impulses, 1, rtol=3e-3)
+
+
 @pytest.mark.parametrize(
     ("values", "named"),
     [

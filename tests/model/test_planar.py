@@ -222,6 +222,25 @@ def test_a_mass_too_heavy_for_its_wires_is_named(p):
         static_equilibrium(p)
 
 
+LONG = ONE_SET.replace(Lm=0.1, LG=0.048, Rm=0.02)  # hangs steeply long before it sags
+
+
+@pytest.mark.parametrize(("p", "limit"), [(LONG, "tilt"), (RIG, "sag"), (ONE_SET.replace(LG=1e-5), "sag")])
+def test_the_heaviest_mass_that_is_held_is_at_the_wires_reach(p, limit):
+    """Either limit alone refuses, and refuses nothing that it need not."""
+    held, refused = 100.0, 1000.0
+    for _ in range(20):
+        middle = (held + refused) / 2
+        try:
+            found = static_equilibrium(p.replace(m=middle))
+        except ValueError:
+            refused = middle
+        else:
+            held = middle
+    parts = abs(found.tilt) / largest_tilt(p), found.sag / p.d
+    assert parts[limit == "sag"] == pytest.approx(1, abs=1e-3) and parts[limit == "tilt"] < 0.9
+
+
 def test_the_wires_reach_is_where_they_touch_the_cylinder():
     tilt = largest_tilt(RIG)
     outwards = np.array([-np.sin(tilt), np.cos(tilt)])

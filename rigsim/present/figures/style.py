@@ -215,5 +215,5 @@ def legend(axes, *, ax=None, columns=2, loc="outside lower center", inside=True,
     if ax is None:
         panels[0].figure.legend(keys.values(), keys.keys(), loc=loc, ncols=columns, **options)
     else:
-        below = {} if inside else {"loc": "upper center", "bbox_to_anchor": (0.5, -0.25)}
-        panels[-1].legend(keys.values(), keys.keys(), **below, **options)
+        place = {} if inside else {"loc": "upper center", "bbox_to_anchor": (0.5, -0.25)}
+        panels[-1].legend(keys.values(), keys.keys(), **{"fontsize": "small"} | place | options)

@@ -38,9 +38,10 @@ def shaken():
 
 # Figure: what draws it, which of its plots, the plot's options, and its panels.
 EXAMPLES = {
+    "attractors_figure": (lambda: rigsim.attractors(RIG, 3.18, 30.0, starts=64), "motions", {}, 1),
     "basins_figure": (lambda: rigsim.basins(RIG, 3.18, 30.0, pixels=5, samples=16, starts=64), "basins", {}, 1),
     "branches_figure": (lambda: rigsim.overlay(RIG, shaken()), "branches", {"nominal": RIG.replace(cs=9.0)}, 3),
-    "design_figure": (lambda: rigsim.design_for_detached_curve(RIG, (1.0, 4.0)), "design", {}, 2),
+    "design_figure": (lambda: rigsim.design_for_detached_curve(RIG, 3.18, {"force": (2.5, 7.0)}), "design", {}, 1),
     "detached_curves_figure": (lambda: rigsim.detached_curves(RIG, 3.18), "response", {}, 3),
     "distortion_figure": (shaken, "distortion", {}, 3),
     "existence_chart_figure": (
@@ -54,7 +55,7 @@ EXAMPLES = {
         lambda: rigsim.frequency_response(RIG, 3.18, np.linspace(10, 80, 50)), "response", {}, 3,
     ),
     "harmonics_figure": (
-        lambda: rigsim.harmonics_worth(RIG, 3.18, (40, 60), harmonics=(1, 3, 5)), "harmonics", {}, 2,
+        lambda: rigsim.harmonics_worth(RIG, 3.18, (50, 60), harmonics=(1, 3)), "harmonics", {}, 2,
     ),
     "identification_figure": (lambda: identified()[0], "identification", {}, 9),
     "integrity_figure": (
@@ -67,13 +68,13 @@ EXAMPLES = {
     "readings_figure": (lambda: identified()[0], "readings", {"beside": "all"}, 2),
     "receptance_figure": (lambda: identified()[0], "receptances", {}, 6),
     "record_figure": (lambda: shaken().record(0), "record", {}, 5),
-    "response_surface_figure": (lambda: rigsim.force_scenario(RIG), "surface", {}, 1),
+    "response_surface_figure": (lambda: rigsim.force_scenario(RIG), "surface", {}, 2),
     "rig_figure": (lambda: RIG.single_set(), "rig", {"beside": RIG}, 2),
     "sine_test_figure": (shaken, "lines", {}, 3),
     "singular_value_figure": (lambda: identified()[0], "singular values", {}, 1),
     "spectrum_figure": (shaken, "spectrum", {"indices": [0, 1]}, 4),
     "statics_figure": (lambda: rigsim.static_equilibrium(RIG), "statics", {"points": 3}, 4),
-    "subharmonics_figure": (lambda: rigsim.subharmonic_motions(RIG, 3.18, 2, (40, 60)), "subharmonics", {}, 2),
+    "subharmonics_figure": (lambda: rigsim.subharmonic_motions(RIG, 3.18, [70.0], starts=32), "subharmonics", {}, 2),
     "tap_map_figure": (
         lambda: rigsim.tap_map(RIG, 3.18, 40.0, velocity=np.linspace(-0.5, 0.5, 5), instants=4, starts=64),
         "taps",
@@ -88,6 +89,7 @@ EXAMPLES = {
 every_figure = pytest.mark.parametrize("name", figures.__all__)
 
 
+@cache
 def example(name):
     make, what, options, panels = EXAMPLES[name]
     result = make()
@@ -95,20 +97,27 @@ def example(name):
     return result, what, options | ({"beside": identified()[1]} if options.get("beside") == "all" else {}), panels
 
 
-def blank(panels):
+def blank(name, panels):
+    """A user's own axes, in two rows; those of the surface must be solid."""
     figure = Figure(figsize=(6, 5))
-    return figure, figure.subplots(2, (panels + 1) // 2).ravel()[:panels] if panels > 1 else figure.subplots()
+    solid = [0] if name == "response_surface_figure" else []
+    places = range(1, panels + 1)
+    ax = [figure.add_subplot(2, (panels + 1) // 2, i, projection="3d" if i - 1 in solid else None) for i in places]
+    return figure, ax if panels > 1 else ax[0]
 
 
 @every_figure
 def test_a_figure_draws_into_the_axes_it_is_handed(name, monkeypatch):
     result, what, options, panels = example(name)
     monkeypatch.setattr(style, "DescribedFigure", None)  # a figure of its own would fail
-    figure, ax = blank(panels)
+    figure, ax = blank(name, panels)
     assert result.plot(what, ax=ax, **options) is figure
-    assert all(one.has_data() for one in np.ravel(ax)) and tuple(figure.get_size_inches()) == (6, 5)
+    assert all(one.has_data() for one in np.ravel(np.array(ax, dtype=object))) and tuple(figure.get_size_inches()) == (
+        6,
+        5,
+    )
     assert not figure.legends and not pyplot.get_fignums()
-    _, more = blank(panels + 1)
+    _, more = blank(name, panels + 1)
     with pytest.raises(ValueError, match=f"ax has {panels + 1} elements; expected {panels} matplotlib axes"):
         result.plot(what, ax=more, **options)
 
