@@ -33,7 +33,7 @@ _HOME = {
     "design_for_detached_curve": "design.best",
     "periodic_orbits": "orbits.periodic_orbits",
     "continue_orbit": "orbits.periodic_orbits",
-    "OrbitBranch": "orbits.periodic_orbits",
+    "OrbitBranch": "orbits.branches",
     "SpecialPoint": "orbits.stability",
     "harmonics_worth": "orbits.convergence",
     "subharmonic_motions": "orbits.subharmonics",

@@ -91,6 +91,14 @@ def _dispatcher(function, options):
 
     dispatcher = numba.njit(**options)(function)
     dispatcher._cache = _Cache(function, options)
+    template = dispatcher.get_call_template
+
+    def for_any_value(arguments, named):
+        """Numba would compile again for each literal number that compiled code hands over."""
+        plain = numba.types.unliteral
+        return template(tuple(map(plain, arguments)), {name: plain(value) for name, value in named.items()})
+
+    dispatcher.get_call_template = for_any_value
     return dispatcher
 
 

@@ -123,6 +123,12 @@ def _make(root, python, installed, wanted):
     }
     (venv / "rigsim-stamp.new").write_text(json.dumps(stamp), encoding="utf-8")
     os.replace(str(venv / "rigsim-stamp.new"), str(venv / "rigsim-stamp.json"))
+    if not installed and (root / "rigsim" / "first_use.py").is_file():
+        say("compiling what the notebooks use")
+        try:
+            _run([python, "-m", "rigsim.first_use"], root, venv / "setup.log", say)
+        except SetupError as error:
+            say(f"not all was compiled ahead, so first uses will: {error}")
     say("the environment is ready")
 
 
@@ -185,8 +191,11 @@ def _run(command, root, log, say):
 
 
 def _stage(log):
-    """How far pip has come, by its log."""
+    """How far pip, or what compiles after it, has come, by its log."""
     text = log.read_bytes().decode("utf-8", "replace")
+    last = text.rstrip().rpartition("\n")[2]
+    if last.startswith("compiling "):  # as `rigsim.first_use` says
+        return last
     if "Installing collected packages" in text:
         return "putting the packages in place"
     return f"fetching packages, {text.count('Collecting ')} so far"

@@ -26,8 +26,8 @@ class Status(enum.Enum):
     BRANCHES_OFF = "The curve begins or ends where it branches off another one."
     STOPPED = "The curve was not followed to its end; the message says where and why."
     # searches and fits
-    CONVERGED = "Newton's method converged."
-    NOT_CONVERGED = "Newton's method did not converge in the steps it was given."
+    CONVERGED = "The iteration converged."
+    NOT_CONVERGED = "The iteration did not converge in the steps it was given."
     FOUND = "What was searched for was found."
     NOT_FOUND = "What was searched for was not found; the message says how far the search went."
     IDENTIFIED = "The model explains the record, and the parameters explain the model."
@@ -92,7 +92,7 @@ class Result:
         # The one arrow against the flow: imported on call, so that results need no matplotlib.
         from .present import figures
 
-        return getattr(figures, self.plots[what])(self, **({} if ax is None else {"ax": ax}), **options)
+        return getattr(figures, self.plots[what])(self, ax=ax, **options)
 
 
 class ResultSequence(Result, Sequence):

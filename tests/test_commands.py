@@ -136,6 +136,20 @@ def test_environment_is_made_once_and_again_when_half_made(tree):
     assert environment._installed(tree, python) == {"base"}
 
 
+def test_setup_compiles_what_the_notebooks_use(tree):
+    """As its last step, whose failure, as of code that is being changed, keeps nobody from starting."""
+    (tree / "rigsim" / "first_use.py").write_text("import sys\nopen('compiled', 'w').write(sys.prefix)\n")
+    done = run(tree, "bench")
+    assert done.returncode == 0 and "compiling what the notebooks use" in done.stderr
+    assert (tree / "compiled").read_text() == str(tree / ".venv")
+    (tree / "environment.txt").write_text("# nothing more\n")
+    (tree / "rigsim" / "first_use.py").write_text("raise ValueError('half written')\n")
+    done = run(tree, "bench")
+    assert done.returncode == 0
+    assert "not all was compiled ahead" in done.stderr and "half written" in done.stderr
+    assert "compiling" not in run(tree, "bench").stderr
+
+
 @pytest.fixture
 def quick(monkeypatch):
     """Setups of no duration: the commands that would have run."""

@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import binomtest
 
 from .. import checks
 from ..results import Result
-from .attractors import Landscape, landscape, quasi_random, settle_and_learn
+from .attractors import attractors, quasi_random, settle_and_learn
+from .motions import Attractors
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -15,23 +17,23 @@ class Basins(Result):
 
     Attributes
     ----------
-    landscape : Landscape
-        The motions (``attractors``), the flow and the box.
-    around : str
-        Motion on which the shaker is when the force peaks: all states of the picture share its xs and xs'.
+    attractors : Attractors
+        The motions, the flow and the box.
+    motion : int
+        On which the shaker is when the force peaks: all states of the picture share its xs and xs'.
     z, speed : (p,) array
         Axes of the picture: z (m) and z' (m/s).
     label : (p, p) array of int
-        Index of the motion reached; rows follow ``speed``, columns ``z``.
+        Motion reached, -1 for none; rows follow ``speed``, columns ``z``.
     share, share_low, share_high : (k,) array
-        Of each motion in the box, and its 95 % interval (Wilson's, for as many independent points; quasi-random ones
-        are spread more evenly, so it errs on the wide side).
+        Of each motion in the box, by its number, and its 95 % interval (Wilson's, for as many independent points;
+        quasi-random ones are spread more evenly, so it errs on the wide side).
     samples : int
         Quasi-random states in the box.
     """
 
-    landscape: Landscape
-    around: str
+    attractors: Attractors
+    motion: int
     z: np.ndarray
     speed: np.ndarray
     label: np.ndarray
@@ -42,17 +44,13 @@ class Basins(Result):
 
     plots = {"basins": "basins_figure"}
 
-    @property
-    def attractors(self):
-        """The motions, in the order of the shares."""
-        return self.landscape.attractors
-
     def table(self):
         """`pandas.DataFrame`: a row a motion, with its size and its share."""
         import pandas as pd
 
         rows = [
             (
+                one.motion,
                 one.name,
                 one.period or "none",
                 1e3 * one.amplitude,
@@ -61,13 +59,13 @@ class Basins(Result):
             )
             for one, share, low, high in zip(self.attractors, self.share, self.share_low, self.share_high, strict=True)
         ]
-        columns = ["motion", "period", "largest |z| [mm]", "share [%]", "95 % interval [%]"]
+        columns = ["motion", "name", "period", "largest |z| [mm]", "share [%]", "95 % interval [%]"]
         return pd.DataFrame(rows, columns=columns)
 
     def summary(self):
         """One line: the motions and their shares."""
-        told = ", ".join(f"{one.name} {share:.1%}" for one, share in zip(self.attractors, self.share, strict=True))
-        flow = self.landscape.flow
+        told = ", ".join(f"{name} {share:.1%}" for name, share in zip(self.attractors.names, self.share, strict=True))
+        flow = self.attractors.flow
         return f"Basins at {flow.frequency:g} Hz and {flow.force:g} N: {told} of {self.samples} states"
 
 
@@ -75,9 +73,9 @@ def basins(
     parameters,
     force,
     frequency,
-    around=None,
+    motion=0,
     *,
-    law="exact",
+    law=None,
     pixels=121,
     window=None,
     samples=2048,
@@ -93,15 +91,14 @@ def basins(
     Parameters
     ----------
     parameters : RigParameters or OscillatorParameters
-        The latter takes the cubic law only.
     force : float
         Amplitude F (N).
     frequency : float
         Hz.
-    around : str, optional
-        Name of the motion that the shaker is on in the picture; by default the first, see `attractors`.
-    law : {"exact", "cubic"}
-        Eq. (1) or Eq. (2).
+    motion : int or str
+        That the shaker is on in the picture: its number, or a name that only one bears; see `attractors`.
+    law : {"exact", "cubic"}, optional
+        See `rigsim.parameters.law_of`.
     pixels : int
         Of the picture along each side.
     window : (2,) array_like, optional
@@ -127,7 +124,7 @@ def basins(
     Raises
     ------
     ValueError
-        If an argument is not allowed, or there is no motion of the name.
+        If an argument is not allowed, or names no motion.
 
     Examples
     --------
@@ -136,9 +133,9 @@ def basins(
     """
     pixels = checks.integer("pixels", pixels, low=2)
     samples = checks.integer("samples", samples, low=1)
-    found = landscape(parameters, force, frequency, law=law, box=box, starts=starts, seed=seed)
-    around = found.names[0] if around is None else around
-    shaker = found.find(around).orbit[0]
+    found = attractors(parameters, force, frequency, law=law, box=box, starts=starts, seed=seed)
+    around = found.find(motion)
+    shaker = around.orbit[0]
     window = found.box[[1, 3]] if window is None else checks.array("window", window, low=0.0, low_open=True, min_size=2)
     z, speed = (np.linspace(-half, half, pixels) for half in window)
     plane = np.empty((pixels, pixels, 4))
@@ -147,14 +144,6 @@ def basins(
     states = np.concatenate([plane.reshape(-1, 4), quasi_random(samples, found.box, seed + 1)])
     found, label = settle_and_learn(found, states, progress=progress, executor=executor, checkpoint=checkpoint)
     picture, drawn = label[: pixels**2].reshape(pixels, pixels), label[pixels**2 :]
-    count = np.array([(drawn == i).sum() for i in range(len(found.attractors))])
-    low, high = wilson(count, samples)
-    return Basins(found, around, z, speed, picture, count / samples, low, high, samples)
-
-
-def wilson(count, samples):
-    """Wilson's 95 % interval of shares: lower and upper ends for ``count`` of ``samples``."""
-    normal = 1.959963984540054
-    middle = (count + normal**2 / 2) / (samples + normal**2)
-    half = normal / (samples + normal**2) * np.sqrt(count * (samples - count) / samples + normal**2 / 4)
-    return np.maximum(middle - half, 0), np.minimum(middle + half, 1)
+    count = [int((drawn == one.motion).sum()) for one in found]
+    interval = np.array([binomtest(k, samples).proportion_ci(0.95, method="wilson") for k in count])
+    return Basins(found, around.motion, z, speed, picture, np.array(count) / samples, *interval.T, samples)

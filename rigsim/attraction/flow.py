@@ -20,9 +20,9 @@ from scipy.integrate import DOP853
 
 from .. import checks
 from ..compiled import compiled
-from ..parameters import LAWS, OscillatorParameters, RigParameters, oscillator_of
+from ..model.wires import axial_force, spring_of
+from ..parameters import OscillatorParameters, RigParameters, law_of, oscillator_of
 
-STATE = ("xs", "z", "xs'", "z'")
 _STAGES = 12
 _LANES = 64  # states a block: their stages fit the fastest cache
 
@@ -64,8 +64,8 @@ def march(y, n, numbers, start, h, steps, tap, tap_start, tap_rate):
     ``numbers`` are `Flow.numbers`. ``tap`` (n,) is the peak force (N) of a half sine that begins at ``tap_start`` and
     runs through pi at ``tap_rate`` (rad/s); it acts all along, so march over just the pulse. Empty means none.
     """
-    ms, ks, cs, m, c, k1, k3, stiffness, d, d0, force, omega = numbers
-    shaker, mass, square, stretch = 1.0 / ms, 1.0 / m, d * d, (d - d0) * (d + d0)
+    ms, ks, cs, m, c, spring, force, omega = numbers
+    shaker, mass = 1.0 / ms, 1.0 / m
     a = np.empty((_STAGES, 2, _LANES))
     xs, z, us, uz = np.empty(_LANES), np.empty(_LANES), np.empty(_LANES), np.empty(_LANES)
     for lo in range(0, n, _LANES):
@@ -75,17 +75,10 @@ def march(y, n, numbers, start, h, steps, tap, tap_start, tap_rate):
                 _stage(row, y, lo, lanes, h, a, xs, z, us, uz)
                 t = start + (step + _INSTANT[row]) * h
                 push = force * math.cos(omega * t)
-                if stiffness > 0.0:  # Eq. (1), without cancellation between d0 and the length
-                    for i in range(lanes):
-                        length = math.sqrt(z[i] * z[i] + square)
-                        G = c * uz[i] + stiffness * z[i] * (z[i] * z[i] + stretch) / (length * (length + d0))
-                        a[row, 0, i] = (push - cs * us[i] - ks * xs[i] - G) * shaker
-                        a[row, 1, i] = a[row, 0, i] - G * mass
-                else:  # Eq. (2)
-                    for i in range(lanes):
-                        G = c * uz[i] + z[i] * (k1 + k3 * z[i] * z[i])
-                        a[row, 0, i] = (push - cs * us[i] - ks * xs[i] - G) * shaker
-                        a[row, 1, i] = a[row, 0, i] - G * mass
+                for i in range(lanes):
+                    G = c * uz[i] + axial_force(spring, z[i])[0]
+                    a[row, 0, i] = (push - cs * us[i] - ks * xs[i] - G) * shaker
+                    a[row, 1, i] = a[row, 0, i] - G * mass
                 if tap.size:
                     shape = math.sin(tap_rate * (t - tap_start)) * mass
                     for i in range(lanes):
@@ -129,11 +122,8 @@ class Flow:
     steps: int
 
     def __post_init__(self):
-        checks.one_of("law", self.law, LAWS)
-        oscillator_of(self.parameters)
-        if self.law == "exact" and not isinstance(self.parameters, RigParameters):
-            raise ValueError("law = 'exact' is not allowed without wires; expected RigParameters, or law = 'cubic'")
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        set_field("law", law_of(self.parameters, self.law))
         set_field("force", checks.positive("force", self.force, "N"))
         set_field("frequency", checks.positive("frequency", self.frequency, "Hz"))
         set_field("steps", checks.integer("steps", self.steps, low=1))
@@ -145,12 +135,18 @@ class Flow:
 
     @cached_property
     def numbers(self):
-        """What the compiled loops read, a tuple of 12 floats; no wire stiffness means the cubic law."""
+        """What the compiled loops read: ms, ks, cs, m, c, the `spring_of` the wires, force and omega; SI."""
         p = oscillator_of(self.parameters)
-        wires = (0.0, 0.0, 0.0)
-        if self.law == "exact":
-            wires = float(self.parameters.wire_stiffness.sum()), self.parameters.d, self.parameters.d0
-        return (p.ms, p.ks, p.cs, p.m, p.c, p.k1, p.k3, *wires, self.force, 2 * math.pi * self.frequency)
+        return (
+            p.ms,
+            p.ks,
+            p.cs,
+            p.m,
+            p.c,
+            spring_of(self.parameters, self.law),
+            self.force,
+            2 * math.pi * self.frequency,
+        )
 
     def refined(self, factor=2):
         """The same motion by ``factor`` times as many steps."""

@@ -8,8 +8,10 @@ from scipy.stats import qmc
 
 from .. import checks
 from ..campaign.progress import reporting
-from ..results import Result
-from .attractors import landscape, settle_and_learn
+from ..parameters import OscillatorParameters, RigParameters, law_of, oscillator_of
+from ..results import Result, Status
+from ..theory.amplitude import frequency_response
+from .attractors import BRANCHES, attractors, settle_and_learn
 
 _LARGEST = 20.0  # radii beyond so many times the motion's own amplitude are not looked for
 
@@ -23,32 +25,45 @@ class Integrity(Result):
 
     Attributes
     ----------
-    name : str
-        Of the motion.
+    branch : str
+        Name of the motion that is followed.
+    parameters : RigParameters or OscillatorParameters
+    law : str
     force : float
         N.
     frequency : (n,) array
         Hz.
+    attractors : tuple of Attractors
+        The motions at each frequency.
+    motion : (n,) array of int
+        Which of them is the branch's; -1 where none is.
     amplitude : (n,) array
         Of the motion's z at f (m); NaN where there is no such motion.
     radius : (n,) array
         Of the ball (m): distance of the nearest state that was found to lead elsewhere; NaN where there is no motion.
     offset : (n, 4) array
         That state less the motion's own (SI).
-    neighbour : tuple of str
-        Where it leads; "" where none was found.
-    status : tuple of str
-        "found", or why there is no radius.
+    neighbour : (n,) array of int
+        The motion it leads to; -1 where none was found.
+    status : tuple of Status
+        FOUND, or NOT_FOUND where there is no such motion or nothing leads elsewhere.
+    message : tuple of str
+        Which of these, and how far was looked.
     """
 
-    name: str
+    branch: str
+    parameters: RigParameters | OscillatorParameters
+    law: str
     force: float
     frequency: np.ndarray
+    attractors: tuple
+    motion: np.ndarray
     amplitude: np.ndarray
     radius: np.ndarray
     offset: np.ndarray
-    neighbour: tuple
+    neighbour: np.ndarray
     status: tuple
+    message: tuple
 
     plots = {"integrity": "integrity_figure"}
 
@@ -56,14 +71,16 @@ class Integrity(Result):
         """`pandas.DataFrame`: a row a frequency."""
         import pandas as pd
 
+        pairs = zip(self.attractors, self.neighbour, strict=True)
         return pd.DataFrame(
             {
                 "frequency [Hz]": self.frequency,
+                "motion": self.motion,
                 "|z| [mm]": 1e3 * self.amplitude,
                 "radius [mm]": 1e3 * self.radius,
                 "radius over |z|": self.radius / self.amplitude,
-                "beyond it": self.neighbour,
-                "status": self.status,
+                "beyond it": [found.names[i] if i >= 0 else "" for found, i in pairs],
+                "status": [str(one) for one in self.status],
             }
         )
 
@@ -71,16 +88,16 @@ class Integrity(Result):
         """One line with the range of radii."""
         known = self.radius[np.isfinite(self.radius)]
         told = f"radius {1e3 * known.min():.3g} to {1e3 * known.max():.3g} mm" if known.size else "no such motion"
-        return f"Integrity of '{self.name}' at {self.force:g} N and {self.frequency.size} frequencies: {told}"
+        return f"Integrity of '{self.branch}' at {self.force:g} N and {self.frequency.size} frequencies: {told}"
 
 
 def integrity(
     parameters,
     force,
     frequency,
-    name="high",
+    branch="high",
     *,
-    law="exact",
+    law=None,
     samples=1024,
     starts=128,
     seed=0,
@@ -94,15 +111,15 @@ def integrity(
     Parameters
     ----------
     parameters : RigParameters or OscillatorParameters
-        The latter takes the cubic law only.
     force : float
         Amplitude F (N).
     frequency : float or (n,) array_like
         Hz.
-    name : str
-        Of the motion: "low" or "high" for the branches of a detached curve; see `attractors`.
-    law : {"exact", "cubic"}
-        Eq. (1) or Eq. (2).
+    branch : str
+        Name of the motion: "low" or "high" for the branches of a detached curve; see `attractors`. Where several bear
+        it, the one whose line at f is nearest to the single-term solution (of that name, if there is one).
+    law : {"exact", "cubic"}, optional
+        See `rigsim.parameters.law_of`.
     samples : int
         States a ball.
     starts, seed : int
@@ -121,52 +138,69 @@ def integrity(
     """
     frequency = checks.array("frequency", frequency, "Hz", low=0.0, low_open=True)
     samples = checks.integer("samples", samples, low=16)
-    n = frequency.size
+    law, n = law_of(parameters, law), frequency.size
     amplitude, radius, offset = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 4), np.nan)
-    neighbour, status = [""] * n, ["found"] * n
+    motion, neighbour = np.full(n, -1), np.full(n, -1)
+    landscapes, message = [], [""] * n
     with reporting(progress, n, "frequencies") as report:
         for i, f in enumerate(frequency):
-            found = landscape(parameters, force, f, law=law, starts=starts, seed=seed)
-            if name not in found.names:
-                status[i] = f"no motion {name!r} was found; there are {', '.join(found.names)}"
+            found = attractors(parameters, force, f, law=law, starts=starts, seed=seed)
+            one = _on_branch(found, branch)
+            if one is None:
+                message[i] = f"no motion {branch!r} was found; there are {', '.join(found.names)}"
             else:
-                motion = found.find(name)
-                if motion.period == 0:
-                    raise ValueError(f"name = {name!r} is not allowed; expected a motion with a period")
-                amplitude[i] = abs(motion.relative[motion.period])
-                radius[i], offset[i], neighbour[i] = _ball(found, motion, samples, seed)
-                if not neighbour[i]:
-                    status[i] = f"no state within {_LARGEST:g} amplitudes leads elsewhere"
+                motion[i], amplitude[i] = one.motion, abs(one.relative[one.period])
+                found, radius[i], offset[i], neighbour[i] = _ball(found, one, samples, seed)
+                if neighbour[i] < 0:
+                    message[i] = f"no state within {_LARGEST:g} amplitudes leads elsewhere"
+            landscapes.append(found)
             report(i + 1)
-    return Integrity(name, float(force), frequency, amplitude, radius, offset, tuple(neighbour), tuple(status))
+    status = tuple(Status.NOT_FOUND if told else Status.FOUND for told in message)
+    return Integrity(
+        branch, parameters, law, float(force), frequency, tuple(landscapes), motion, amplitude, radius, offset,
+        neighbour, status, tuple(message),
+    )  # fmt: skip
+
+
+def _on_branch(found, branch):
+    """The motion of this name, the nearest to a single-term solution if several bear it; None if there is none."""
+    named = [one for one in found if one.name == branch]
+    if any(one.period == 0 for one in named):
+        raise ValueError(f"branch = {branch!r} is not allowed; expected a motion with a period")
+    if len(named) < 2:
+        return named[0] if named else None
+    response = frequency_response(oscillator_of(found.flow.parameters), found.flow.force, [found.flow.frequency])
+    theory = response.relative[0, : response.count[0]]
+    theory = theory[[BRANCHES.index(branch)]] if branch in BRANCHES else theory
+    return min(named, key=lambda one: np.abs(one.relative[one.period] / theory - 1).min())
 
 
 def _ball(found, motion, samples, seed):
-    """Radius, offset (4,) and motion of the nearest state that leads elsewhere."""
+    """What was learnt, and radius, offset (4,) and motion reached of the nearest state that leads elsewhere."""
     omega = 2 * np.pi * found.flow.frequency
     scale = np.array([1.0, 1.0, omega, omega])
     size = abs(motion.relative[motion.period])
-    nearest, beyond, radius, quiet = None, "", size, 0
+    nearest, beyond, radius, quiet = None, -1, size, 0
     for turn in range(100):
         batch = _in_ball(samples, seed + turn) * radius
         if nearest is not None:
             near = nearest + 0.2 * radius * _in_ball(samples // 2, seed + 1000 + turn)
             batch = np.concatenate([batch, near[np.linalg.norm(near, axis=1) < radius]])
         found, label = settle_and_learn(found, motion.orbit[0] + batch * scale)
-        astray = np.flatnonzero(label != found.names.index(motion.name))
+        astray = np.flatnonzero(label != motion.motion)
         if astray.size:
             closest = astray[np.linalg.norm(batch[astray], axis=1).argmin()]
-            nearest, beyond, quiet = batch[closest], found.names[label[closest]], 0
+            nearest, beyond, quiet = batch[closest], label[closest], 0
             radius = float(np.linalg.norm(nearest))
         elif nearest is None:
             if radius >= _LARGEST * size:
-                return radius, np.full(4, np.nan), ""
+                return found, radius, np.full(4, np.nan), -1
             radius *= 2
         else:
             quiet += 1
             if quiet == 2:
                 break
-    return radius, nearest * scale, beyond
+    return found, radius, nearest * scale, beyond
 
 
 def _in_ball(count, seed):

@@ -8,7 +8,8 @@ from scipy.ndimage import distance_transform_cdt
 from .. import checks
 from ..model.excitation import Tap
 from ..results import Result
-from .attractors import Landscape, landscape, settle_and_learn
+from .attractors import attractors, settle_and_learn
+from .motions import Attractors
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -17,10 +18,10 @@ class TapMap(Result):
 
     Attributes
     ----------
-    landscape : Landscape
-        The motions (``attractors``) and the flow.
-    start : str
-        Motion that is tapped.
+    attractors : Attractors
+        The motions and the flow.
+    motion : int
+        That is tapped.
     velocity : (v,) array
         Impulse of the tap over m (m/s); see `Tap`.
     instant : (i,) array
@@ -28,11 +29,11 @@ class TapMap(Result):
     duration : float
         Of the pulse (s).
     label : (v, i) array of int
-        Index of the motion reached.
+        Motion reached, -1 for none.
     """
 
-    landscape: Landscape
-    start: str
+    attractors: Attractors
+    motion: int
     velocity: np.ndarray
     instant: np.ndarray
     duration: float
@@ -40,20 +41,15 @@ class TapMap(Result):
 
     plots = {"taps": "tap_map_figure"}
 
-    @property
-    def attractors(self):
-        """The motions that the labels count."""
-        return self.landscape.attractors
-
-    def reached(self, name):
-        """Whether each tap leads to the motion of this name, (v, i) bool.
+    def reached(self, motion):
+        """Whether each tap leads to a motion, of this number or name, (v, i) bool.
 
         Raises
         ------
         ValueError
-            If there is none of this name.
+            If that names no motion, or several.
         """
-        return self.label == self.landscape.names.index(self.landscape.find(name).name)
+        return self.label == self.attractors.find(motion).motion
 
     def tap(self, row, column, after=1.0):
         """One tap of the map as a `Tap` for a test bench: by the first such instant ``after`` (s) or later.
@@ -65,24 +61,60 @@ class TapMap(Result):
         after : float
             s.
         """
-        return _bench_tap(self.velocity[row], self.instant[column], self.duration, self.landscape.flow.frequency, after)
+        return _bench_tap(
+            self.velocity[row], self.instant[column], self.duration, self.attractors.flow.frequency, after
+        )
 
-    def surest(self, name):
+    def surest(self, motion):
         """Indices (row, column) of the tap farthest, in cells of the map, from any that leads elsewhere.
 
         Raises
         ------
         ValueError
-            If none leads to the motion of this name.
+            If none leads to the motion of this number or name.
         """
-        there = self.reached(name)
-        if not there.any():
-            raise ValueError(f"no tap of the map leads to {name!r}; expected larger velocities or more instants")
+        there = self._surely_reached(motion)
         # Instants go round; beyond the largest velocities nothing is known.
         around = np.pad(np.tile(there, 3), ((1, 1), (0, 0)))
         depth = distance_transform_cdt(around)[1:-1, there.shape[1] : 2 * there.shape[1]]
         row, column = np.unravel_index(depth.argmax(), depth.shape)
         return int(row), int(column)
+
+    def paths(self, instant, velocity, periods, samples):
+        """What follows taps of several sizes at one instant.
+
+        Parameters
+        ----------
+        instant : float
+            When the pulse begins, in forcing periods after a peak of the force.
+        velocity : (n,) array_like
+            Sizes (m/s).
+        periods, samples : int
+            Periods after the tap, from the next peak of the force on, and instants in each.
+
+        Returns
+        -------
+        label : (n,) array of int
+            Motion reached, -1 for none.
+        states : (n, periods * samples, 4) array
+            xs, z (m) and their velocities (m/s).
+
+        Raises
+        ------
+        ValueError
+            If an argument is not allowed.
+        """
+        instant = checks.real("instant", instant, low=0.0, high=1.0)
+        periods, velocity = checks.integer("periods", periods, low=1), checks.array("velocity", velocity, "m/s")
+        flow, start = self.attractors.flow, self.attractors[self.motion].orbit[0]
+        states, _ = flow.tapped(start, instant, velocity, self.duration)
+        return self.attractors.settle(states)[0], flow.trace(states, periods, samples)
+
+    def _surely_reached(self, motion):
+        there = self.reached(motion)
+        if not there.any():
+            raise ValueError(f"no tap of the map leads to {motion!r}; expected larger velocities or more instants")
+        return there
 
     def table(self):
         """`pandas.DataFrame`: how many of the taps lead to each motion, and the smallest of them on the grid."""
@@ -90,16 +122,16 @@ class TapMap(Result):
 
         rows = []
         for one in self.attractors:
-            there = self.reached(one.name)
+            there = self.reached(one.motion)
             sizes = np.abs(self.velocity)[there.any(axis=1)]
-            rows.append((one.name, 100 * there.mean(), sizes.min() if sizes.size else np.nan))
-        return pd.DataFrame(rows, columns=["motion", "taps [%]", "smallest on the grid [m/s]"])
+            rows.append((one.motion, one.name, 100 * there.mean(), sizes.min() if sizes.size else np.nan))
+        return pd.DataFrame(rows, columns=["motion", "name", "taps [%]", "smallest on the grid [m/s]"])
 
     def summary(self):
         """One line: where the taps lead."""
-        flow = self.landscape.flow
-        told = ", ".join(f"{one.name} {self.reached(one.name).mean():.1%}" for one in self.attractors)
-        return f"TapMap at {flow.frequency:g} Hz and {flow.force:g} N, from '{self.start}': {told} of the taps"
+        flow, names = self.attractors.flow, self.attractors.names
+        told = ", ".join(f"{name} {self.reached(i).mean():.1%}" for i, name in enumerate(names))
+        return f"TapMap at {flow.frequency:g} Hz and {flow.force:g} N, from '{names[self.motion]}': {told} of the taps"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,10 +140,10 @@ class SmallestTap(Result):
 
     Attributes
     ----------
-    start, name : str
+    attractors : Attractors
+        The motions and the flow.
+    motion, target : int
         Motion tapped and motion reached.
-    frequency : float
-        Of the force (Hz).
     velocity : float
         m/s; positive if the motion tapped is its own mirror image, for then the opposite tap half a period later leads
         there as well.
@@ -126,9 +158,9 @@ class SmallestTap(Result):
         1 if all.
     """
 
-    start: str
-    name: str
-    frequency: float
+    attractors: Attractors
+    motion: int
+    target: int
     velocity: float
     instant: float
     duration: float
@@ -137,13 +169,15 @@ class SmallestTap(Result):
 
     def tap(self, after=1.0):
         """As a `Tap` for a test bench: by the first such instant ``after`` (s) or later."""
-        return _bench_tap(self.velocity, self.instant, self.duration, self.frequency, after)
+        return _bench_tap(self.velocity, self.instant, self.duration, self.attractors.flow.frequency, after)
 
     def summary(self):
         """One line with size and instant."""
+        names = self.attractors.names
         return (
-            f"SmallestTap from '{self.start}' to '{self.name}': {self.velocity:.4g} m/s, {self.instant:.3f} periods "
-            f"after a peak of the force at {self.frequency:g} Hz, {'' if self.verified else 'not '}verified"
+            f"SmallestTap from '{names[self.motion]}' to '{names[self.target]}': {self.velocity:.4g} m/s, "
+            f"{self.instant:.3f} periods after a peak of the force at {self.attractors.flow.frequency:g} Hz, "
+            f"{'' if self.verified else 'not '}verified"
         )
 
 
@@ -156,12 +190,12 @@ def tap_map(
     parameters,
     force,
     frequency,
-    start=None,
+    motion=0,
     *,
     velocity=None,
     instants=48,
     duration=2e-3,
-    law="exact",
+    law=None,
     starts=256,
     seed=0,
     progress=False,
@@ -173,21 +207,20 @@ def tap_map(
     Parameters
     ----------
     parameters : RigParameters or OscillatorParameters
-        The latter takes the cubic law only.
     force : float
         Amplitude F (N).
     frequency : float
         Hz.
-    start : str, optional
-        Name of the motion that is tapped; by default the first, see `attractors`.
+    motion : int or str
+        That is tapped: its number, or a name that only one bears; see `attractors`.
     velocity : (v,) array_like, optional
         Sizes of the taps (m/s), of either sign; by default 81 from -1 to 1.
     instants : int
         Instants, evenly over one forcing period.
     duration : float
         Of the half-sine pulse (s).
-    law : {"exact", "cubic"}
-        Eq. (1) or Eq. (2).
+    law : {"exact", "cubic"}, optional
+        See `rigsim.parameters.law_of`.
     starts, seed : int
         Of the search for motions; see `attractors`.
     progress : bool or callable
@@ -204,34 +237,33 @@ def tap_map(
     Raises
     ------
     ValueError
-        If an argument is not allowed, or there is no motion of the name.
+        If an argument is not allowed, or names no motion.
     """
     velocity = np.linspace(-1, 1, 81) if velocity is None else checks.array("velocity", velocity, "m/s")
     instants = checks.integer("instants", instants, low=1)
     duration = checks.positive("duration", duration, "s")
-    found = landscape(parameters, force, frequency, law=law, starts=starts, seed=seed)
-    start = found.names[0] if start is None else start
-    found.find(start)
+    found = attractors(parameters, force, frequency, law=law, starts=starts, seed=seed)
+    tapped = found.find(motion)
     instant = np.arange(instants) / instants
-    states = _tapped(found, start, velocity, instant, duration)
+    states = _tapped(found, tapped.motion, velocity, instant, duration)
     options = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "taps"}
     found, label = settle_and_learn(found, states, **options)
-    return TapMap(found, start, velocity, instant, duration, label.reshape(instants, -1).T)
+    return TapMap(found, tapped.motion, velocity, instant, duration, label.reshape(instants, -1).T)
 
 
-def _tapped(found, start, velocity, instant, duration):
+def _tapped(found, motion, velocity, instant, duration):
     """States (i v, 4) after taps of some sizes at some instants."""
-    state = found.find(start).orbit[0]
+    state = found[motion].orbit[0]
     return np.concatenate([found.flow.tapped(state, at % 1.0, velocity, duration)[0] for at in instant])
 
 
-def _lead(found, start, velocity, instant, duration):
+def _lead(found, motion, velocity, instant, duration):
     """Labels (v, i) of all taps of some sizes at some instants."""
-    label, _ = found.settle(_tapped(found, start, velocity, instant, duration))
+    label, _ = found.settle(_tapped(found, motion, velocity, instant, duration))
     return label.reshape(len(instant), len(velocity)).T
 
 
-def smallest_tap(taps, name, *, rounds=6):
+def smallest_tap(taps, target, *, rounds=6):
     """Refine the smallest tap of a map that leads to a motion.
 
     Around the smallest found so far a finer grid of sizes and instants is laid, four times as fine in every round; in
@@ -241,8 +273,8 @@ def smallest_tap(taps, name, *, rounds=6):
     Parameters
     ----------
     taps : TapMap
-    name : str
-        Of the motion wanted.
+    target : int or str
+        The motion wanted: its number, or a name that only one bears.
     rounds : int
 
     Returns
@@ -254,29 +286,25 @@ def smallest_tap(taps, name, *, rounds=6):
     ValueError
         If no tap of the map leads there.
     """
-    found, start = taps.landscape, taps.start
-    there = taps.reached(name)
-    if not there.any():
-        raise ValueError(f"no tap of the map leads to {name!r}; expected larger velocities or more instants")
-    wanted = found.names.index(name)
+    there, found, motion = taps._surely_reached(target), taps.attractors, taps.motion
+    wanted = found.find(target).motion
     best = _smallest(taps.velocity, taps.instant, there)
     reach = np.abs(taps.velocity).max() / 8, 1 / 16
     for _ in range(8):
-        best = _refine(found, start, wanted, best, reach, rounds, taps.duration)
+        best = _refine(found, motion, wanted, best, reach, rounds, taps.duration)
         below = 0.98 * abs(best[0]) * np.concatenate([np.linspace(-1, -0.3, 24), np.linspace(0.3, 1, 24)])
         phases = (np.arange(32) + 0.5) / 32
-        counter = _lead(found, start, below, phases, taps.duration) == wanted
+        counter = _lead(found, motion, below, phases, taps.duration) == wanted
         if not counter.any():
             break
         best, reach = _smallest(below, phases, counter), (0.1 * abs(best[0]), 1 / 32)
     velocity, instant = best
-    if velocity < 0 and found.find(start).symmetric:  # the mirror image of the same tap
+    if velocity < 0 and found[motion].symmetric:  # the mirror image of the same tap
         velocity, instant = -velocity, (instant + 0.5) % 1.0
     finer = replace(found, flow=found.flow.refined())
-    verified = bool((_lead(finer, start, np.array([velocity]), [instant], taps.duration) == wanted).all())
-    frequency = found.flow.frequency
+    verified = bool((_lead(finer, motion, np.array([velocity]), [instant], taps.duration) == wanted).all())
     spared = 1 - float(counter.mean())
-    return SmallestTap(start, name, frequency, velocity, instant, taps.duration, verified, spared)
+    return SmallestTap(found, motion, wanted, velocity, instant, taps.duration, verified, spared)
 
 
 def _smallest(velocity, instant, there):
@@ -285,12 +313,12 @@ def _smallest(velocity, instant, there):
     return float(velocity[rows[at]]), float(instant[columns[at]])
 
 
-def _refine(found, start, wanted, best, reach, rounds, duration):
+def _refine(found, motion, wanted, best, reach, rounds, duration):
     for power in range(rounds):
         size, phase = reach[0] / 4**power, reach[1] / 4**power
         signed = np.sign(best[0])
         # The present best belongs to the grid, so that no round can lose it.
         velocity = signed * np.linspace(max(abs(best[0]) - size, 0.0), abs(best[0]), 17)
         instant = best[1] + phase * np.linspace(-1, 1, 17)
-        best = _smallest(velocity, instant, _lead(found, start, velocity, instant, duration) == wanted)
+        best = _smallest(velocity, instant, _lead(found, motion, velocity, instant, duration) == wanted)
     return best[0], best[1] % 1.0

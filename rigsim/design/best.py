@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import checks
 from ..parameters import oscillator_of
-from ..results import Result
+from ..results import Result, Status
 from .margins import reach
 from .variation import built_names, half_widths, judge_varied, kind_number, quantity, replaced
 
@@ -39,6 +39,12 @@ class Design(Result):
         The smallest of them, for the best rig and for the one given (0 if that has no such curve).
     profiles : dict of str to (2, k) array
         Values of each free number, the others at their best, and the margin there (NaN where there is no curve).
+    seed : int or numpy.random.Generator
+        As given.
+    status : Status
+        CONVERGED or NOT_CONVERGED, of the search.
+    message : str
+        How many rigs it tried.
     """
 
     parameters: object
@@ -51,6 +57,9 @@ class Design(Result):
     margin: float
     start_margin: float
     profiles: dict
+    seed: object
+    status: Status
+    message: str
 
     plots = {"design": "design_figure"}
 
@@ -135,7 +144,7 @@ def design_for_detached_curve(parameters, force, free=("force",), kind="inner", 
         # Where slack wires limit the margin it is the same over a range: the other quantities then decide.
         return min(reached.values()) - 1e-3 * sum(1 / max(moves, 1e-9) for moves in reached.values())
 
-    best = _search(score, low, high, seed)
+    best, status, message = _search(score, low, high, seed)
     found = dict(zip(names, best.tolist(), strict=True))
     reached = reached_at(best, **_FINE)
     if isinstance(reached, float):
@@ -163,6 +172,9 @@ def design_for_detached_curve(parameters, force, free=("force",), kind="inner", 
         margin=min(reached.values()),
         start_margin=0.0 if isinstance(before, float) else min(before.values()),
         profiles=profiles,
+        seed=seed,
+        status=status,
+        message=message,
     )
 
 
@@ -204,7 +216,7 @@ def _reached(parameters, force, number, tolerances, values, **scan):
 
 
 def _search(objective, low, high, seed):
-    """Point of the largest objective within bounds (d,)."""
+    """Point of the largest objective within bounds (d,), how the search ended, and after how much."""
     from scipy.optimize import differential_evolution, minimize_scalar
 
     if low.size > 1:
@@ -213,15 +225,16 @@ def _search(objective, low, high, seed):
             lambda share: -objective(low + share * (high - low)), [(0, 1)] * low.size,
             seed=np.random.default_rng(seed), popsize=8, maxiter=60, tol=1e-4, polish=False,
         )  # fmt: skip
-        return low + found.x * (high - low)
-    values = np.linspace(low[0], high[0], _GRID)
-    heights = [objective(np.array([value])) for value in values]
-    top = int(np.argmax(heights))
-    around = values[max(top - 1, 0)], values[min(top + 1, values.size - 1)]
-    refined = minimize_scalar(
-        lambda value: -objective(np.array([value])),
-        bounds=around,
-        method="bounded",
-        options={"xatol": 1e-7 * abs(values[top])},
-    )
-    return np.array([refined.x if -refined.fun > heights[top] else values[top]])
+        best, tried = low + found.x * (high - low), found.nfev
+    else:
+        values = np.linspace(low[0], high[0], _GRID)
+        heights = [objective(np.array([value])) for value in values]
+        top = int(np.argmax(heights))
+        found = minimize_scalar(
+            lambda value: -objective(np.array([value])),
+            bounds=(values[max(top - 1, 0)], values[min(top + 1, values.size - 1)]),
+            method="bounded",
+            options={"xatol": 1e-7 * abs(values[top])},
+        )
+        best, tried = np.array([found.x if -found.fun > heights[top] else values[top]]), _GRID + found.nfev
+    return best, Status.CONVERGED if found.success else Status.NOT_CONVERGED, f"{tried} rigs were tried"

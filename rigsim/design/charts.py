@@ -11,27 +11,31 @@ from .count import KINDS
 from .variation import half_widths, judge_varied, names_of, quantity, varied_sets
 
 _HALVINGS = 24  # of a grid's cell, to place the boundary curves
+_NEAR, _FAR = 0.01, 0.25  # of ln(F): between them outlines ask how far the edge is, to part or join at saddles
 _DECADES = 20.0  # axes that span more than this factor are logarithmic
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Boundary:
-    """A curve on a chart where the last detached curve of a kind comes or goes.
+class Outline:
+    """Where the last detached curve of a kind comes or goes, or what that and the chart's edges enclose.
 
     Attributes
     ----------
     kind : str
         "inner" or "outer".
     x, y : (k,) array
-        SI units; the last point is the first where the curve closes on itself.
+        SI units; the last point is the first where a boundary closes on itself.
+    codes : (k,) array of int, or None
+        Of a region with its holes, one after another: what leads to each point, in the codes of matplotlib's ``Path``.
     """
 
     kind: str
     x: np.ndarray
     y: np.ndarray
+    codes: np.ndarray | None
 
     def __repr__(self):
-        return f"Boundary({self.kind}, {self.x.size} points)"
+        return f"Outline({self.kind}, {self.x.size} points)"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,11 +58,13 @@ class ExistenceChart(Result):
         where it does at no force.
     possible : (ny, nx) bool array
         False where there is no such rig (slack wires).
-    boundaries : tuple of Boundary
+    boundaries, regions : tuple of Outline
     point : (float, float)
         The rig itself.
     box : (float, float)
         Its tolerances along x and y (half-widths, SI units); 0 where none is given.
+    tolerances : dict of str to float or str, or None
+        As given.
     """
 
     parameters: object
@@ -71,8 +77,10 @@ class ExistenceChart(Result):
     distance: np.ndarray
     possible: np.ndarray
     boundaries: tuple
+    regions: tuple
     point: tuple
     box: tuple
+    tolerances: dict | None
 
     plots = {"chart": "existence_chart_figure"}
 
@@ -92,9 +100,10 @@ class ExistenceChart(Result):
 def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101)):
     """Where detached curves exist, over any two numbers of a rig, with the curves that bound them.
 
-    Every point of a grid is classified as `rigsim.classify` does it; where two neighbours differ, the place between
-    them is found by classification, to 1e-7 of their distance. So curves have no pixels, but a region narrower than
-    a cell is seen only if a grid point falls into it.
+    Every point of a grid is classified, and contours are drawn between those that differ; where a contour crosses a
+    line of the grid is found by classification, to 1e-7 of a cell. So curves have no pixels. A region narrower than
+    a cell is left out, where single grid points would hit it here and there: what is drawn holds a whole cell, and goes
+    on from there as far as neighbouring points are in it.
 
     Parameters
     ----------
@@ -141,14 +150,14 @@ def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101))
     everywhere = changes(columns.ravel(), rows.ravel())
     found, distances = judge_varied(parameters, force, everywhere)
     inner, outer = found.T.reshape(2, *columns.shape)
-    boundaries = []
-    for kind in range(2):
+    outlines = []
+    for number, kind in enumerate(KINDS):
 
-        def exists(column, row, kind=kind):
-            return judge_varied(parameters, force, changes(column, row))[0][:, kind] > 0
+        def exists(column, row, number=number):
+            return judge_varied(parameters, force, changes(column, row))[0][:, number] > 0
 
-        for path in _boundaries((inner, outer)[kind] > 0, exists):
-            boundaries.append(Boundary(KINDS[kind], x_of(path[:, 0]), y_of(path[:, 1])))
+        for path, codes in _outlines(distances[:, number].reshape(columns.shape), exists):
+            outlines.append(Outline(kind, x_of(path[:, 0]), y_of(path[:, 1]), codes))
     return ExistenceChart(
         parameters=parameters,
         force=force,
@@ -159,9 +168,11 @@ def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101))
         outer=outer,
         distance=distances.T.reshape(2, *columns.shape),
         possible=np.isfinite(varied_sets(parameters, force, everywhere)[:, 0]).reshape(columns.shape),
-        boundaries=tuple(boundaries),
+        boundaries=tuple(outline for outline in outlines if outline.codes is None),
+        regions=tuple(outline for outline in outlines if outline.codes is not None),
         point=tuple(quantity(parameters, force, name).value for name in names),
         box=tuple(widths.get(name, 0.0) for name in names),
+        tolerances=tolerances,
     )
 
 
@@ -189,65 +200,42 @@ def _axis(parameters, force, given, count):
     return name, lambda cells: low + (high - low) * (cells / (count - 1)), False
 
 
-def _boundaries(inside, exists):
-    """Paths (k, 2), column and row in cells, between grid points that differ (marching squares)."""
-    crossings = {}
-    for down, right in ((0, 1), (1, 0)):
-        one = inside[: inside.shape[0] - down, : inside.shape[1] - right]
-        differs = np.argwhere(one != inside[down:, right:])
-        for row, column in differs.tolist():
-            crossings[row, column, down] = None
-    if not crossings:
+def _outlines(distance, exists):
+    """(path (k, 2) in cells, codes or None) of the curves around a region, and of its connected parts."""
+    from contourpy import contour_generator
+
+    inside = _whole(distance > 0)
+    level = np.where(inside, 1, -1) * np.abs(distance).clip(_NEAR, _FAR)
+    contours = contour_generator(z=level, line_type="Separate", fill_type="OuterCode")
+    lines, (areas, codes) = contours.lines(0.0), contours.filled(0.0, np.inf)
+    if not areas:
         return []
-    keys = np.array(list(crossings))
-    near, steps = keys[:, 1::-1].astype(float), np.stack([1 - keys[:, 2], keys[:, 2]], axis=1).astype(float)
-    low, high = np.zeros(len(keys)), np.ones(len(keys))
-    first = inside[keys[:, 0], keys[:, 1]]
+    places, back = np.unique(np.concatenate((*lines, *areas)), axis=0, return_inverse=True)
+    ends = np.cumsum([len(path) for path in (*lines, *areas)])[:-1]
+    paths = np.split(_placed(places, inside, exists)[back.ravel()], ends)
+    return list(zip(paths, [None] * len(lines) + codes, strict=True))
+
+
+def _whole(inside):
+    """Without the parts that hold no whole cell."""
+    from scipy.ndimage import label
+
+    parts, _ = label(inside)
+    cell = inside[:-1, :-1] & inside[1:, :-1] & inside[:-1, 1:] & inside[1:, 1:]
+    return inside & np.isin(parts, parts[:-1, :-1][cell])
+
+
+def _placed(places, inside, exists):
+    """Points (k, 2) of contours, moved along the line of the grid that they lie on to where the region ends."""
+    places = places.round(6)  # a contour crosses at least 0.01/0.26 from a grid point
+    moving = (places != np.floor(places)).any(axis=1)  # others are the chart's own edge
+    near = np.floor(places[moving])
+    steps = (places[moving] > near).astype(float)
+    first = inside[near[:, 1].astype(int), near[:, 0].astype(int)]
+    low, high = np.zeros(len(near)), np.ones(len(near))
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         same = exists(*(near + middle[:, None] * steps).T) == first
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    places = near + (0.5 * (low + high))[:, None] * steps
-    crossings = dict(zip(crossings, places, strict=True))
-    return [np.array([crossings[key] for key in path]) for path in _walks(_links(inside, crossings, exists))]
-
-
-def _links(inside, crossings, exists):
-    """Neighbours of each crossing along its boundary, at most two."""
-    links = {key: [] for key in crossings}
-    cells = {(row, column) for row, column, _ in crossings}
-    cells |= {(row - (1 - down), column - down) for row, column, down in crossings}  # on the edge's other side
-    for row, column in sorted(cells):
-        bottom, top = (row, column, 0), (row + 1, column, 0)
-        left, right = (row, column, 1), (row, column + 1, 1)
-        sides = [side for side in (bottom, right, top, left) if side in crossings]
-        if not (0 <= row < inside.shape[0] - 1 and 0 <= column < inside.shape[1] - 1):
-            continue
-        if len(sides) == 4:  # a saddle: its middle says which corners belong together
-            middle = bool(exists(np.array([column + 0.5]), np.array([row + 0.5]))[0])
-            apart = middle == bool(inside[row, column])
-            pairs = [(bottom, right), (top, left)] if apart else [(bottom, left), (top, right)]
-        else:
-            pairs = [tuple(sides)] if len(sides) == 2 else []
-        for one, other in pairs:
-            links[one].append(other)
-            links[other].append(one)
-    return links
-
-
-def _walks(links):
-    """The chains of linked keys, open ones from end to end, closed ones back to their start."""
-    waiting = dict.fromkeys(sorted(links, key=lambda key: (len(links[key]), key)))
-    paths = []
-    while waiting:
-        key = next(iter(waiting))
-        path = [key]
-        del waiting[key]
-        while ahead := [other for other in links[path[-1]] if other in waiting]:
-            path.append(ahead[0])
-            del waiting[ahead[0]]
-        if len(path) > 2 and path[0] in links[path[-1]]:
-            path.append(path[0])
-        if len(path) > 1:
-            paths.append(path)
-    return paths
+    places[moving] = near + (0.5 * (low + high))[:, None] * steps
+    return places

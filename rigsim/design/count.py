@@ -119,45 +119,6 @@ def judge(sets):
     return counts, distances
 
 
-def classify(mu, zeta_s, zeta, Omega0, gamma):
-    """Number of inner and of outer detached curves of many non-dimensional parameter sets.
-
-    Parameters
-    ----------
-    mu, zeta_s, zeta, Omega0, gamma : array_like
-        The numbers of Eqs. (4a, b), broadcast against each other: mu and zeta_s above zero, the others of at least
-        zero.
-
-    Returns
-    -------
-    inner, outer : int array
-        In the shape that the parameters broadcast to.
-
-    Raises
-    ------
-    ValueError
-        If a value is not allowed, or the shapes do not fit.
-
-    Examples
-    --------
-    >>> classify(0.0338, 0.0916, 0.0072, 0.211, [0.004, 0.006, 0.03])  # doctest: +SKIP
-    (array([0, 1, 0]), array([0, 0, 0]))
-    """
-    given = {"mu": mu, "zeta_s": zeta_s, "zeta": zeta, "Omega0": Omega0, "gamma": gamma}
-    arrays = []
-    for name, values in given.items():
-        ndim = np.ndim(values)
-        checked = checks.array(name, values, ndim=max(ndim, 1), low=0.0, low_open=name in ("mu", "zeta_s"))
-        arrays.append(checked.reshape(np.shape(values)))
-    try:
-        arrays = np.broadcast_arrays(*arrays)
-    except ValueError:
-        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
-        raise ValueError(f"the shapes {shapes} do not fit together; expected ones that broadcast") from None
-    counts, _ = judge(np.stack([array.ravel() for array in arrays], axis=1))
-    return tuple(counts.T.reshape((2, *arrays[0].shape)))
-
-
 def existence_forces(parameters, kind="inner"):
     """Every range of forces over which a detached curve of a kind exists.
 

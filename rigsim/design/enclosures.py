@@ -11,9 +11,9 @@ import numpy as np
 from ..compiled import compiled, inlinable
 from ..theory.isolation import bernstein_root
 
-# A sum or product in double-double is good to 2^-101 of the magnitudes that enter, and no coefficient is more than
-# 512 of them deep.
-ROUNDING = 2.0**-92
+# A sum or product in double-double is good to 2^-103 of the magnitudes that enter, and no coefficient of `polynomials`
+# is more than 220 of them deep: 72 before the divisions, then 8 for each coefficient before it, twice.
+ROUNDING = 2.0**-95
 _SPLITTER = 2.0**27 + 1.0
 _NODES = 4000  # intervals looked at before the search gives up; usual are 20 to 100
 
@@ -67,22 +67,15 @@ def _product(a, b):
 
 
 @compiled
-def _sum(f, a, g, b):
-    """f a + g b, for small whole numbers f and g and polynomials a, b."""
-    result = np.zeros((max(a.shape[0], b.shape[0]), 3))
-    for factor, terms in ((f, a), (g, b)):
+def _sum(f, a, g, b, places=0):
+    """f a + g X^places b, for small whole numbers f and g and polynomials a, b."""
+    result = np.zeros((max(a.shape[0], b.shape[0] + places), 3))
+    for factor, terms, shift in ((f, a, 0), (g, b, places)):
         for i in range(terms.shape[0]):
             high, low = _multiply(terms[i, 0], terms[i, 1], factor, 0.0)
-            result[i, 0], result[i, 1] = _add(result[i, 0], result[i, 1], high, low)
-            result[i, 2] += abs(factor) * terms[i, 2]
-    return result
-
-
-@compiled
-def _shifted(a, places):
-    """X^places a."""
-    result = np.zeros((a.shape[0] + places, 3))
-    result[places:] = a
+            k = i + shift
+            result[k, 0], result[k, 1] = _add(result[k, 0], result[k, 1], high, low)
+            result[k, 2] += abs(factor) * terms[i, 2]
     return result
 
 
@@ -114,30 +107,25 @@ def polynomials(mu, zeta_s, zeta, Omega0):
 
     Up to positive factors these are `rigsim.theory.levels.polynomials`; the steps are the same.
     """
-    shaker = np.zeros((2, 3))
-    shaker[0, 0] = 1.0
+    shaker, damping, oscillator, drag = np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((3, 3))
+    mass, single = np.array([[mu, 0.0, mu]]), np.array([[zeta, 0.0, zeta]])
+    shaker[0, 0], oscillator[1, 0] = 1.0, -1.0
     shaker[1, 0], shaker[1, 1] = _two_sum(-1.0, -mu)
-    damping = np.zeros((2, 3))
     damping[1, 0], damping[1, 1] = _two_product(zeta_s, zeta_s)
-    oscillator = np.zeros((2, 3))
     oscillator[0, 0], oscillator[0, 1] = _two_product(Omega0, Omega0)
-    oscillator[1, 0] = -1.0
-    mass, single = np.zeros((1, 3)), np.zeros((1, 3))
-    mass[0, 0], single[0, 0] = mu, zeta
-    drag = np.zeros((3, 3))
     drag[2, 0], drag[2, 1] = _two_product(mu, zeta_s)
-    for given in (shaker, damping, oscillator, mass, single, drag):
+    for given in (shaker, damping, oscillator, drag):
         given[:, 2] = np.abs(given[:, 0])
     e = _sum(1.0, _product(shaker, shaker), 4.0, damping)
-    P = _sum(1.0, _product(oscillator, e), -1.0, _shifted(_product(mass, shaker), 2))
+    P = _sum(1.0, _product(oscillator, e), -1.0, _product(mass, shaker), 2)
     v = _sum(1.0, _product(single, e), 1.0, drag)
-    cusp = _sum(1.0, _product(P, P), -12.0, _shifted(_product(v, v), 1))
+    cusp = _sum(1.0, _product(P, P), -12.0, _product(v, v), 1)
     De, DP, Dv = _euler(e), _euler(P), _euler(v)
     first = _sum(1.0, _sum(6.0, _product(e, Dv), -1.0, _product(e, v)), -4.0, _product(De, v))
     second = _sum(1.0, _sum(3.0, _product(e, DP), -2.0, _product(e, P)), -2.0, _product(De, P))
     mixed = _sum(1.0, _sum(2.0, _product(P, Dv), 1.0, _product(v, DP)), -1.0, _product(P, v))
     third = _sum(1.0, _product(e, mixed), -2.0, _product(De, _product(P, v)))
-    both = _sum(1.0, _shifted(_product(v, _product(first, first)), 1), 1.0, _product(second, third))
+    both = _sum(1.0, _product(second, third), 1.0, _product(v, _product(first, first)), 1)
     return cusp, _quotient(_quotient(both, e), e)
 
 
@@ -158,18 +146,6 @@ def _halve(b, left, right):
             high = total + error
             right[i, 0] = 0.5 * high
             right[i, 1] = 0.5 * (error - (high - total))
-
-
-@compiled
-def _signs(b, error):
-    """(sign changes, whether every sign is certain)."""
-    changes = 0
-    for i in range(b.shape[0]):
-        if not abs(b[i, 0]) > error:
-            return 0, False
-        if i > 0 and (b[i, 0] > 0.0) != (b[i - 1, 0] > 0.0):
-            changes += 1
-    return changes, True
 
 
 @compiled
@@ -197,7 +173,10 @@ def isolate(bernstein, error):
         largest = np.abs(b[:, 0]).max()
         if not largest > error or width < 2.0**-50 * left or width < 1e-90:
             return roots[:0], False
-        changes, certain = _signs(b, error)
+        changes, certain = 0, True
+        for i in range(n):
+            certain = certain and abs(b[i, 0]) > error
+            changes += i > 0 and (b[i, 0] > 0.0) != (b[i - 1, 0] > 0.0)
         if certain and changes == 0:
             continue
         if certain and changes == 1 and width <= left * 2.0**-6:

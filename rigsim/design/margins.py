@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..results import Result
+from ..results import ResultSequence
 from .variation import built_names, checked_start, judge_varied, quantity
 
 _STEPS = 181  # of the scan outwards: distances from a billionth of the range to all of it, 12 % apart
@@ -117,42 +117,35 @@ class Margin:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Margins(Result):
+class Margins(ResultSequence):
     """The `margins` of a rig: a sequence of `Margin`, smallest relative move first.
 
     Attributes
     ----------
+    members : tuple of Margin
     parameters : RigParameters or OscillatorParameters
     force : float
         Amplitude (N).
     kind : str
         "inner" or "outer".
-    entries : tuple of Margin
     """
 
+    members: tuple
     parameters: object
     force: float
     kind: str
-    entries: tuple
 
     plots = {"margins": "margins_figure"}
 
-    def __getitem__(self, name):
-        """The `Margin` of a name."""
-        for entry in self.entries:
-            if entry.name == name:
-                return entry
-        raise KeyError(name)
-
-    def __iter__(self):
-        return iter(self.entries)
-
-    def __len__(self):
-        return len(self.entries)
+    def __getitem__(self, which):
+        """The `Margin` of a name, or at a place."""
+        if isinstance(which, str):
+            return {entry.name: entry for entry in self.members}[which]
+        return self.members[which]
 
     def summary(self):
         """What limits the rig most."""
-        first = self.entries[0]
+        first = self[0]
         move = min(first.down, first.up)
         if not math.isfinite(move):
             return f"The {self.kind} detached curve at {self.force:g} N survives any move of a single quantity"
@@ -167,7 +160,7 @@ class Margins(Result):
         import pandas as pd
 
         rows = []
-        for entry in self.entries:
+        for entry in self:
             percent = 100 / entry.value if entry.value else math.nan
             moves = [-entry.down * entry.factor, entry.up * entry.factor, -entry.down * percent, entry.up * percent]
             rows.append((entry.name, entry.value * entry.factor, entry.shown_unit, *moves))
@@ -225,7 +218,7 @@ def margins(parameters, force, kind="inner", names=None):
         (low, low_lost), (high, high_lost) = ends
         shown = item.shown_unit, item.factor
         entries.append(Margin(item.name, item.unit, item.value, low, high, low_lost, high_lost, *shown))
-    return Margins(parameters, force, kind, tuple(sorted(entries, key=lambda entry: entry.smallest)))
+    return Margins(tuple(sorted(entries, key=lambda entry: entry.smallest)), parameters, force, kind)
 
 
 def _scale(parameters, name):

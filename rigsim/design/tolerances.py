@@ -49,6 +49,7 @@ class ToleranceStudy(Result):
     force : float
         Amplitude (N).
     kind, distribution : str
+    seed : int or numpy.random.Generator
     tolerances : dict of str to float
         Half-widths (SI units).
     values : dict of str to (n,) array
@@ -69,6 +70,7 @@ class ToleranceStudy(Result):
     force: float
     kind: str
     distribution: str
+    seed: object
     tolerances: dict
     values: dict
     kept: np.ndarray
@@ -107,8 +109,8 @@ class ToleranceStudy(Result):
 def tolerance_study(parameters, force, tolerances, samples=10_000, seed=2014, kind="inner", distribution="uniform"):
     """The share of rigs, built and driven within tolerances, that have a detached curve.
 
-    Every rig is classified as `rigsim.classify` does it. A drawn rig that cannot be (an unstretched wire longer than
-    the installed one) has no curve.
+    Every rig is judged as `rigsim.detached_curves` would judge it. A drawn rig that cannot be (an unstretched wire
+    longer than the installed one) has no curve.
 
     Parameters
     ----------
@@ -167,5 +169,5 @@ def tolerance_study(parameters, force, tolerances, samples=10_000, seed=2014, ki
         for name in widths
     }
     return ToleranceStudy(
-        parameters, force, kind, distribution, widths, values, kept, distance, share(kept), alone, exact
+        parameters, force, kind, distribution, seed, widths, values, kept, distance, share(kept), alone, exact
     )

@@ -64,13 +64,7 @@ def built_names(parameters):
 
 
 def quantity(parameters, force, name):
-    """The `Quantity` of a name; ``k`` is the mean of the wires' stiffnesses.
-
-    Raises
-    ------
-    ValueError
-        If the parameters have no quantity of that name.
-    """
+    """The checked `Quantity` of a name; ``k`` is the mean of the wires' stiffnesses."""
     checks.one_of("quantity", name, names_of(parameters))
     values = _base(parameters, force)
     if name in _STIFFNESS:
@@ -162,24 +156,12 @@ def replaced(parameters, force, values):
 
 
 def kind_number(kind):
-    """0 for "inner", 1 for "outer".
-
-    Raises
-    ------
-    ValueError
-        If it is neither.
-    """
+    """0 for "inner", 1 for "outer"; checked."""
     return KINDS.index(checks.one_of("kind", kind, KINDS))
 
 
 def checked_start(parameters, force, kind):
-    """(force, number of the kind) of a rig that has a curve of the kind at the force.
-
-    Raises
-    ------
-    ValueError
-        If an input is not allowed, or there is no such curve.
-    """
+    """(force, number of the kind) of a rig that has a curve of the kind at the force; a ValueError if it has none."""
     oscillator_of(parameters)
     force = checks.positive("force", force, "N")
     number = kind_number(kind)
@@ -192,21 +174,7 @@ def checked_start(parameters, force, kind):
 
 
 def half_widths(parameters, force, tolerances):
-    """Tolerances in SI units: a number as it is, "5 %" of the quantity's own value.
-
-    Parameters
-    ----------
-    tolerances : dict of str to float or str
-
-    Returns
-    -------
-    dict of str to float
-
-    Raises
-    ------
-    ValueError
-        If there is none, a name is unknown, or a tolerance is not above zero.
-    """
+    """Checked tolerances (dict of str to float) in SI units: a number as it is, "5 %" of the quantity's own value."""
     if not isinstance(tolerances, dict) or not tolerances:
         raise ValueError(f"tolerances = {tolerances!r} is not allowed; expected a dict of at least one name")
     widths = {}

@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import checks, parameters
 from ..results import Result
-from .lines import strongest_line
+from .lines import strongest_lines
 
 HOLDS = ("zero", "linear", "band-limited")
 UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad"}
@@ -116,6 +116,7 @@ class Record(Result):
         return {name: getattr(self, name) for name in UNITS if getattr(self, name) is not None}
 
     def summary(self):
+        """One line: how long, how fast, how large."""
         return (
             f"Record of {self.duration:g} s at {self.sample_rate:g} Hz ({self.force.size} samples): force "
             f"{self.force.std():.4g} N rms ({self.hold} hold), largest |xs - x| {1e3 * abs(self.relative).max():.4g} mm"
@@ -179,7 +180,7 @@ class Record(Result):
         ValueError
             If there is no such channel.
         """
-        return strongest_line(self.time, self._signal(channel), band)
+        return strongest_lines(self.time, self._signal(channel), band)[0]
 
     def _signal(self, channel):
         signals = self.channels | {"relative": self.relative}

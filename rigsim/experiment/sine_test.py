@@ -1,6 +1,8 @@
 """Stepped-sine tests of the multi-body rig, each from the same start, with or without a tap on the mass."""
 
 import math
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +18,7 @@ from .steady import HARMONICS, read_window
 
 _WINDOW = 1.0  # s
 LOWEST = 2 / _WINDOW  # Hz; two whole periods, so that the window's halves can be compared
-_CHUNK = 256  # rigs a Space: the problem's own grain, so that results do not depend on the executor
+_CHUNK = 36  # rigs a Space: the problem's own grain, so that results do not depend on the executor
 _BLOCK = 500  # samples between two looks at the keyboard
 
 
@@ -72,6 +74,11 @@ class SineTest(Result):
     step: float
 
     plots = {"lines": "sine_test_figure", "spectrum": "spectrum_figure", "distortion": "distortion_figure"}
+
+    @property
+    def duration(self):
+        """Of each test (s), in whole samples."""
+        return float(self.time[-1])
 
     def record(self, i):
         """The window of test ``i`` as a `Record`; its time counts from ``time[0]``.
@@ -155,7 +162,7 @@ def sine_test(
     progress : bool or callable
         True shows a bar; a callable is told (chunks done, chunks in all).
     executor : concurrent.futures.Executor, optional
-        Where chunks of rigs run; results do not depend on it.
+        Where chunks of rigs run, by default in a thread for each processor; results do not depend on it.
     checkpoint : path, optional
         File that keeps finished chunks, so that an interrupted campaign goes on where it stopped.
 
@@ -175,16 +182,21 @@ def sine_test(
     every = max(1, int(min(1 / 4000, 1 / (2.5 * HARMONICS * frequency.max())) / step))
     samples = math.ceil(duration / (every * step) * (1 - 1e-12))
     window = samples - math.ceil(_WINDOW / (every * step) * (1 - 1e-12)), samples
-    run = {"every": every, "window": window, "start": start, "step": step}
+    time = step * every * np.arange(window[0], window[1] + 1)
+    run = {"every": every, "time": time, "start": start, "step": step}
     chunks = [
         {"rigs": rigs[part], "force": force[part], "frequency": frequency[part], "taps": taps[part], **run}
         for part in split(len(rigs), _CHUNK)
     ]
-    done = run_chunks(
-        _run_chunk, chunks, progress=progress, executor=executor, checkpoint=checkpoint, label="spaces of rigs"
-    )
-    time = step * every * np.arange(window[0], window[1] + 1)
-    return _read(rigs, force, frequency, taps, time, start, step, **join(done))
+    options = {"progress": progress, "checkpoint": checkpoint, "label": "spaces of rigs"}
+    with ThreadPoolExecutor(os.cpu_count()) as threads:  # compiled loops leave the interpreter to the others
+        done = join(run_chunks(_run_chunk, chunks, executor=executor or threads, **options))
+    status = np.array([Status[name] for name in done.pop("status")])
+    message = tuple(str(text) for text in done.pop("message"))
+    return SineTest(
+        rigs, force, frequency, taps, *done.pop("lines").T, **done, status=status, message=message, time=time,
+        start=start, step=step,
+    )  # fmt: skip
 
 
 def _broadcast(parameters, force, frequency, tap, duration, step):
@@ -220,35 +232,31 @@ def _broadcast(parameters, force, frequency, tap, duration, step):
 
 
 def _run_chunk(chunk):
-    """Step one Space of rigs to the end; keep the window's traces, shape (rigs, 3, samples), and when one parted."""
-    step, every, (begin, end) = chunk["step"], chunk["every"], chunk["window"]
+    """Step one Space of rigs to the end and read the window of each; arrays over the rigs, words as NumPy's text."""
+    step, every, time = chunk["step"], chunk["every"], chunk["time"]
     space = RigSpace(chunk["rigs"], step, chunk["start"])
     shake = CosineForce(chunk["force"], chunk["frequency"], step)
     tap = TapForce(chunk["taps"], np.array([p.m for p in chunk["rigs"]]), step)
-    kept = []
-    for first in range(0, end + 1, _BLOCK):
-        samples = np.arange(first, min(first + _BLOCK, end + 1))
-        kicks = first * every, len(samples) * every
-        motion = space.advance(shake.kicks(*kicks), tap.kicks(*kicks), every)
-        kept.append(np.stack([motion.shaker, motion.mass, motion.tilt])[:, samples >= begin])
-    return {"traces": np.moveaxis(np.concatenate(kept, axis=1), 2, 0), "parted": motion.parted}
-
-
-def _read(rigs, force, frequency, taps, time, start, step, traces, parted):
-    """Read every rig's lines off its window."""
-    n = len(rigs)
-    amplitude = np.full((3, n), np.nan + 0j)
-    distortion, subharmonic, drift = np.full((n, 3), np.nan), np.full((n, 2), np.nan), np.full(n, np.nan)
-    verdicts = []
-    for i, f in enumerate(frequency):
-        if np.isnan(parted[i]):
-            amplitude[:, i], distortion[i], subharmonic[i], drift[i], verdict = read_window(time, traces[i, :2].T, f)
-        else:
-            verdict = Status.FLEW_APART, f"past its wires' reach at t = {parted[i]:.4g} s"
-        verdicts.append(verdict)
-    status, message = zip(*verdicts, strict=True)
+    kept, samples = [], round(time[-1] / (every * step)) + 1
+    for first in range(0, samples, _BLOCK):
+        count = min(_BLOCK, samples - first)
+        motion = space.advance(
+            shake.kicks(first * every, count * every), tap.kicks(first * every, count * every), every
+        )
+        begin = max(samples - len(time) - first, 0)
+        kept.append(np.stack([motion.shaker, motion.mass, motion.tilt])[:, begin:])
+    traces = np.moveaxis(np.concatenate(kept, axis=1), 2, 0)
+    points = zip(traces, chunk["frequency"], motion.parted, strict=True)
+    read = zip(*(_read(time, trace[:2].T, f, parted) for trace, f, parted in points), strict=True)
+    names = ("lines", "distortion", "subharmonic", "drift", "status", "message")
     tilt = np.abs(traces[:, 2]).max(axis=1)
-    return SineTest(
-        rigs, force, frequency, taps, *amplitude, tilt, distortion, subharmonic, drift,
-        np.array(status), message, time, traces, start, step,
-    )  # fmt: skip
+    return {name: np.array(values) for name, values in zip(names, read, strict=True)} | {"tilt": tilt, "traces": traces}
+
+
+def _read(time, displacements, f, parted):
+    """What `read_window` tells, the status by its name; nothing but that of a rig that flew apart."""
+    if np.isnan(parted):
+        *numbers, (status, message) = read_window(time, displacements, f)
+        return *numbers, status.name, message
+    message = f"past its wires' reach at t = {parted:.4g} s"
+    return np.full(3, np.nan + 0j), np.full(3, np.nan), (np.nan, np.nan), np.nan, Status.FLEW_APART.name, message

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..results import Status
-from .lines import fit_sines, strongest_line
+from .lines import fit_sines, strongest_lines
 
 HARMONICS = 10
 DRIFT = 1e-3  # largest change of z between the window's halves that counts as settled
@@ -38,7 +38,7 @@ def read_window(time, displacements, f):
     """
     signals = np.column_stack([displacements, displacements[:, 0] - displacements[:, 1]])
     window, lines, left = _fit_period(time, signals, f, 1)
-    below, stray = (strongest_line(window, left, (_LOWEST, top)) for top in (f, HARMONICS * f))
+    below, stray = strongest_lines(window, left, (_LOWEST, f), (_LOWEST, HARMONICS * f))
     parts = 1
     if below[1] > STRAY * abs(lines[0, 2]):
         parts = _subharmonic_parts(time, signals, f, below[0])
@@ -85,7 +85,7 @@ def _subharmonic_parts(time, signals, f, below):
             continue
         # Fitted together with the line at f, since the part line can be the larger one.
         window, lines, left = _fit_period(time, signals, f, n)
-        if strongest_line(window, left, (_LOWEST, HARMONICS * f))[1] <= STRAY * np.abs(lines[:, 2]).max():
+        if strongest_lines(window, left, (_LOWEST, HARMONICS * f))[0][1] <= STRAY * np.abs(lines[:, 2]).max():
             return n
     return 1
 

@@ -102,6 +102,7 @@ class Identification(Result):
         return float(nsi.nonlinear_coefficient(extended).real.mean())
 
     def summary(self):
+        """One line: the modes, k3, and what speaks against them."""
         pairs = zip(self.modes.frequency, self.modes.damping, strict=True)
         modes = ", ".join(f"{frequency:.4f} Hz ({damping:.4f})" for frequency, damping in pairs)
         told = f"{self.status}: {self.message}" if self.message else self.status

@@ -103,7 +103,8 @@ def fit_input_matrices(A, C, inputs, outputs, sample_rate):
     (order, p), q = (len(A), inputs.shape[1]), len(C)
     to_inputs, to_outputs = 1 / inputs.std(axis=0), outputs.std(axis=0)
     mean = outputs.mean(axis=0)
-    triangle = _triangle(A, C / to_outputs[:, None], inputs * to_inputs, (outputs - mean) / to_outputs)
+    scaled = np.ascontiguousarray(C / to_outputs[:, None])
+    triangle = _triangle(A, scaled, inputs * to_inputs, (outputs - mean) / to_outputs)
     scale = np.linalg.norm(triangle[:, :-1], axis=0)
     solution = np.linalg.lstsq(triangle[:, :-1] / scale, triangle[:, -1], rcond=None)[0] / scale
     start, B, D, offset = np.split(solution, np.cumsum([order, p * order, p * q]))

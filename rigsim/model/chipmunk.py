@@ -4,7 +4,8 @@ Each rig is two bodies of one `pymunk.Space`: the frame, which a guide lets move
 (no moment can turn it and the guide carries its weight, so it needs no constraint), and the
 cylinder. `Space` does the stepping; the loop around it is compiled and calls the very functions that
 ``pymunk.batch.get_space_bodies``, ``set_space_bodies`` and ``Space.step`` call, because three calls from
-Python cost more than a hundred rigs.
+Python cost more than a hundred rigs. Their names are private to pymunk and its memory is shared, so other versions than
+the one that was tried are refused, and every Space is read and written through the public calls too before it moves.
 
 Chipmunk's step moves positions (p += v h) and then velocities by the force it was given. That force is
 evaluated here at p + v h and t + h, with damping centred between the old and the new velocity, and the
@@ -16,16 +17,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import pymunk
-import pymunk.batch
 from numba import types
 from numba.core.types import WrapperAddressProtocol
 from numba.experimental import function_type  # noqa: F401  (registers how such a function is passed)
-from pymunk._chipmunk_cffi import ffi, lib
 
 from ..compiled import compiled
 from .planar import (
+    centre_damping,
     conservative_forces,
-    damping_matrix,
     largest_tilt,
     longest_step,
     pack,
@@ -33,10 +32,24 @@ from .planar import (
     static_equilibrium,
 )
 
+PYMUNK = "7.3.1"
 STARTS = ("rest", "equilibrium")
-_FIELDS = pymunk.batch.BodyFields
+
+
+def _foreign_functions():
+    if pymunk.version != PYMUNK:
+        raise ImportError(f"pymunk {pymunk.version} is not allowed; the multi-body rig expects pymunk=={PYMUNK}")
+    from pymunk import batch
+    from pymunk._chipmunk_cffi import ffi, lib
+
+    return batch, ffi, lib
+
+
+batch, ffi, lib = _foreign_functions()
+_FIELDS = batch.BodyFields
 _READ = _FIELDS.POSITION | _FIELDS.ANGLE | _FIELDS.VELOCITY | _FIELDS.ANGULAR_VELOCITY
 _WRITE = _FIELDS.FORCE | _FIELDS.TORQUE
+_LAID_OUT_OTHERWISE = f"pymunk {PYMUNK} lays out its bodies otherwise than rigsim's compiled loop expects"
 _READ_SIZE, _WRITE_SIZE = 6, 3  # numbers a body, in Chipmunk's order
 
 # Chipmunk's own checks abort the process on a NaN: a rig that flies apart is parked long before. No part of a
@@ -66,10 +79,11 @@ class _Batch:
     """A `pymunk.batch.Buffer` over a NumPy array, and the addresses compiled code needs to use it."""
 
     def __init__(self, fields, bodies, numbers, iterator):
-        self._buffer = pymunk.batch.Buffer()
+        self._buffer = batch.Buffer()
         # One number to spare: Chipmunk grows a full array, and this one is not its own.
         self._room = np.zeros(bodies * numbers + 1)
         self.values = self._room[:-1].reshape(bodies, numbers)
+        self.fields = fields
         self._buffer.set_float_buf(self._room)
         self._data = ffi.new("pmBatchedData *")
         self._data.fields = fields.value
@@ -77,8 +91,18 @@ class _Batch:
         self._data.intArray = self._buffer._int_arr
         count = ffi.addressof(self._buffer._float_arr, "num")
         self.count = np.frombuffer(ffi.buffer(count, ffi.sizeof("int")), dtype=np.intc)
-        self.address = int(ffi.cast("uintptr_t", self._data))
-        self.iterator = int(ffi.cast("uintptr_t", ffi.addressof(lib, iterator)))
+        address = int(ffi.cast("uintptr_t", self._data))
+        self.handles = int(ffi.cast("uintptr_t", ffi.addressof(lib, iterator))), address, self.count
+
+    def public(self, space):
+        """The numbers of the bodies of a Space as pymunk itself reads them."""
+        buffer = batch.Buffer()
+        batch.get_space_bodies(space, self.fields, buffer)
+        return np.frombuffer(buffer.float_buf())
+
+    def differs(self, space):
+        """Whether these numbers are others than the public ones."""
+        return self.count[0] != self.values.size or not np.array_equal(self.values.ravel(), self.public(space))
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +152,8 @@ class RigSpace:
     ------
     ValueError
         If the step is too long for the stiffest rig to be stable, or a rig has no equilibrium to start from.
+    RuntimeError
+        If compiled code and pymunk's public calls do not agree on what the bodies hold.
     """
 
     def __init__(self, parameters, step, start):
@@ -150,8 +176,26 @@ class RigSpace:
             bodies += [frame, cylinder]
         self._space.add(*bodies)
         self._space.step(0.0)  # lets pymunk check the bodies; no time passes
+        self._address = int(ffi.cast("uintptr_t", self._space._space))
         self._read = _Batch(_READ, len(bodies), _READ_SIZE, "pmSpaceBodyGetIteratorFuncBatched")
         self._write = _Batch(_WRITE, len(bodies), _WRITE_SIZE, "pmSpaceBodySetIteratorFuncBatched")
+        self._try_out(bodies)
+
+    def _try_out(self, bodies):
+        """Read the bodies, and write forces, as the loop will; refuse if pymunk's public calls tell otherwise."""
+        both = self._read, self._write
+        # The sizes first: Chipmunk would grow an array that is too short, and these are not its own.
+        if any(one.public(self._space).size != one.values.size for one in both):
+            raise RuntimeError(_LAID_OUT_OTHERWISE)
+        _each_body(_EACH_BODY, self._address, self._read.handles)
+        self._write.values[:] = np.arange(1.0, self._write.values.size + 1).reshape(-1, _WRITE_SIZE)
+        _each_body(_EACH_BODY, self._address, self._write.handles)
+        told = [(*body.position, body.angle, *body.velocity, body.angular_velocity) for body in bodies]
+        order = not np.array_equal(self._read.values, told)
+        if order or any(one.differs(self._space) for one in both):
+            raise RuntimeError(_LAID_OUT_OTHERWISE)
+        self._write.values[:] = 0.0
+        _each_body(_EACH_BODY, self._address, self._write.handles)
 
     def advance(self, frame_force, tap_force, sample_every):
         """Take as many steps as there are kicks, and return the motion at every ``sample_every``-th.
@@ -172,9 +216,8 @@ class RigSpace:
         steps, n = tap_force.shape
         positions = np.empty((steps // sample_every, 4, n))
         _advance(
-            _EACH_BODY, _STEP, int(ffi.cast("uintptr_t", self._space._space)),
-            self._read.iterator, self._read.address, self._read.count, self._read.values,
-            self._write.iterator, self._write.address, self._write.count, self._write.values,
+            _EACH_BODY, _STEP, self._address, self._read.handles, self._read.values,
+            self._write.handles, self._write.values,
             self._rigs, self._wires, self._mass, self._flown, self._reach, self._parted,
             np.ascontiguousarray(frame_force), np.ascontiguousarray(tap_force),
             self.step, self._done, sample_every, positions,
@@ -186,9 +229,7 @@ class RigSpace:
 
 @compiled(nogil=True)
 def _advance(
-    each_body, space_step, space,
-    read_iterator, read_address, read_count, read,
-    write_iterator, write_address, write_count, write,
+    each_body, space_step, space, read_handles, read, write_handles, write,
     rigs, wires, mass, flown, reach, parted, frame_force, tap_force, h, done, sample_every, positions,
 ):  # fmt: skip
     """The leapfrog. Chipmunk's step drifts, then kicks, so the kick of time t is prepared before the step to t.
@@ -196,10 +237,10 @@ def _advance(
     The first kick, of half a step, comes from rest: that step drifts nowhere and ends at t = 0.
     """
     q, v, force = np.empty(4), np.empty(4), np.empty(4)
-    damping, system = np.empty((4, 4)), np.empty((4, 4))
+    damping = np.empty((4, 4))
     steps, n = tap_force.shape
-    read_count[0] = 0
-    each_body(space, read_iterator, read_address)
+    columns = min(frame_force.shape[1], 2) - 1  # 0 where all frames share one
+    _each_body(each_body, space, read_handles)
     for k in range(steps):
         first = done + k == 0
         for i in range(n):
@@ -212,24 +253,21 @@ def _advance(
                 parted[i] = (done + k) * h
             if np.isnan(parted[i]):
                 conservative_forces(q, rigs[i], wires[i], force)
-                force[0] += frame_force[k, i % frame_force.shape[1]]
+                force[0] += frame_force[k, i * columns]
                 force[1] += tap_force[k, i]  # through the centre of mass: no torque
                 if first:
                     for j in range(4):
                         force[j] *= 0.5
                 else:
-                    damping_matrix(q, rigs[i], wires[i], damping)
-                    _centre_damping(force, v, damping, mass[i], h, system)
+                    centre_damping(q, v, rigs[i], wires[i], mass[i], h, damping, force)
             else:
                 for j in range(4):
                     force[j] = -mass[i, j] * v[j] / h
             write[2 * i, 0] = force[0]
             write[2 * i + 1, 0], write[2 * i + 1, 1], write[2 * i + 1, 2] = force[1], force[2], force[3]
-        write_count[0] = 0
-        each_body(space, write_iterator, write_address)
+        _each_body(each_body, space, write_handles)
         space_step(space, h)
-        read_count[0] = 0
-        each_body(space, read_iterator, read_address)
+        _each_body(each_body, space, read_handles)
         if k % sample_every == 0:
             for i in range(n):
                 frame, cylinder = read[2 * i], read[2 * i + 1]
@@ -239,24 +277,8 @@ def _advance(
 
 
 @compiled
-def _centre_damping(force, v, damping, mass, h, system):
-    """Add the damping of the mean of old and new velocity: force <- M dv/h with (M + h C/2) dv = h (force - C v)."""
-    for i in range(4):
-        for j in range(4):
-            force[i] -= damping[i, j] * v[j]
-            system[i, j] = h / 2 * damping[i, j]
-        system[i, i] += mass[i]
-    # Gaussian elimination without pivoting: the matrix is symmetric positive definite.
-    for i in range(4):
-        for r in range(i + 1, 4):
-            factor = system[r, i] / system[i, i]
-            if factor != 0.0:
-                for j in range(i, 4):
-                    system[r, j] -= factor * system[i, j]
-                force[r] -= factor * force[i]
-    for i in range(3, -1, -1):
-        for j in range(i + 1, 4):
-            force[i] -= system[i, j] * force[j]
-        force[i] /= system[i, i]
-    for i in range(4):
-        force[i] *= mass[i]
+def _each_body(each_body, space, handles):
+    """Have Chipmunk hand every body to a batch's iterator, from the batch's beginning."""
+    iterator, address, count = handles
+    count[0] = 0
+    each_body(space, iterator, address)

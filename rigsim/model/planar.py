@@ -22,7 +22,10 @@ RIG = np.dtype([(name, float) for name in (
     "ms", "ks", "cs", "m", "inertia", "c", "LG", "d0", "gravity", "wire_damping", "rocking_damping", "slack",
 )], align=True)  # fmt: skip
 # along, across: pin on the cylinder from its centre of mass; anchor_x, anchor_y: pin on the frame from its origin.
-WIRE = np.dtype([(name, float) for name in ("along", "across", "anchor_x", "anchor_y", "hidden", "k")], align=True)
+# Left and right wires have the same pins in the plane: they are one of their joint stiffness, ``count`` of them.
+WIRE = np.dtype(
+    [(name, float) for name in ("along", "across", "anchor_x", "anchor_y", "hidden", "k", "count")], align=True
+)
 
 COORDINATES = ("frame", "axial", "bounce", "rocking")
 
@@ -37,8 +40,8 @@ def pack(parameters):
     Returns
     -------
     rigs : structured ndarray, shape (n,)
-    wires : structured ndarray, shape (n, 8)
-        Rigs of one set have four wires of zero stiffness.
+    wires : structured ndarray, shape (n, 6)
+        Three of each set: up, down, and left and right together. Rigs of one set have three of zero stiffness.
 
     Raises
     ------
@@ -46,7 +49,7 @@ def pack(parameters):
         If an element is not a `RigParameters`.
     """
     rigs = np.zeros(len(parameters), dtype=RIG)
-    wires = np.zeros((len(parameters), 8), dtype=WIRE)
+    wires = np.zeros((len(parameters), 6), dtype=WIRE)
     for i, p in enumerate(parameters):
         if not isinstance(p, RigParameters):
             raise ValueError(f"parameters = {p!r} is not allowed; the multi-body rig expects RigParameters")
@@ -55,10 +58,10 @@ def pack(parameters):
         wires["hidden"][i] = p.d  # also of the absent wires, whose length must not vanish
         reach = p.Rm + p.d
         for j, a in enumerate(p.set_positions):
-            for w, (across, anchor, hidden) in enumerate(
-                ((p.Rm, reach, 0), (-p.Rm, -reach, 0), (0, 0, p.d), (0, 0, p.d))
-            ):
-                wires[i, 4 * j + w] = (a - p.LG, across, a, anchor, hidden, p.wire_stiffness[4 * j + w])
+            up, down, left, right = p.wire_stiffness[4 * j : 4 * j + 4]
+            wires[i, 3 * j] = (a - p.LG, p.Rm, a, reach, 0, up, 1)
+            wires[i, 3 * j + 1] = (a - p.LG, -p.Rm, a, -reach, 0, down, 1)
+            wires[i, 3 * j + 2] = (a - p.LG, 0, a, 0, p.d, left + right, 2)
     return rigs, wires
 
 
@@ -112,7 +115,7 @@ def damping_matrix(q, rig, wires, out):
                 continue
             g[0], g[1], g[2] = -r_x / length, r_x / length, r_y / length
             g[3] = (arm_x * r_y - arm_y * r_x) / length
-            _add_damper(rig.wire_damping, g, out)
+            _add_damper(rig.wire_damping * wire.count, g, out)
 
 
 @compiled
@@ -120,6 +123,54 @@ def _add_damper(c, g, out):
     for i in range(4):
         for j in range(4):
             out[i, j] += c * g[i] * g[j]
+
+
+@compiled
+def centre_damping(q, v, rig, wires, mass, h, damping, force):
+    """Add the damping of the mean of old and new velocity: force <- M dv/h with (M + h C/2) dv = h (force - C v).
+
+    Without dampers in the wires C is diagonal but for the axial damper's c g g^T, which the Sherman-Morrison formula
+    inverts; ``damping`` (4, 4) is room for the general case.
+    """
+    if rig.wire_damping != 0.0:
+        damping_matrix(q, rig, wires, damping)
+        _centre_any_damping(v, mass, h, damping, force)
+        return
+    lever = -rig.LG * np.sin(q[3])  # g = (1, -1, 0, lever)
+    stretching = rig.c * (v[0] - v[1] + lever * v[3])
+    first = (force[0] - rig.cs * v[0] - stretching) / (mass[0] + h / 2 * rig.cs)
+    second = (force[1] + stretching) / mass[1]
+    fourth = (force[3] - rig.rocking_damping * v[3] - lever * stretching) / (mass[3] + h / 2 * rig.rocking_damping)
+    ones = 1.0 / (mass[0] + h / 2 * rig.cs), 1.0 / mass[1], lever / (mass[3] + h / 2 * rig.rocking_damping)
+    share = h / 2 * rig.c * (first - second + lever * fourth)
+    share /= 1.0 + h / 2 * rig.c * (ones[0] + ones[1] + lever * ones[2])
+    force[0] = mass[0] * (first - share * ones[0])
+    force[1] = mass[1] * (second + share * ones[1])
+    force[3] = mass[3] * (fourth - share * ones[2])
+
+
+@compiled
+def _centre_any_damping(v, mass, h, system, force):
+    """`centre_damping` by elimination; ``system`` holds C and is overwritten."""
+    for i in range(4):
+        for j in range(4):
+            force[i] -= system[i, j] * v[j]
+            system[i, j] *= h / 2
+        system[i, i] += mass[i]
+    # Gaussian elimination without pivoting: the matrix is symmetric positive definite.
+    for i in range(4):
+        for r in range(i + 1, 4):
+            factor = system[r, i] / system[i, i]
+            if factor != 0.0:
+                for j in range(i, 4):
+                    system[r, j] -= factor * system[i, j]
+                force[r] -= factor * force[i]
+    for i in range(3, -1, -1):
+        for j in range(i + 1, 4):
+            force[i] -= system[i, j] * force[j]
+        force[i] /= system[i, i]
+    for i in range(4):
+        force[i] *= mass[i]
 
 
 @compiled
@@ -335,7 +386,7 @@ def longest_step(parameters):
     A wire's in-plane tangent stiffness never exceeds k, and its pretension k (d - d0) resists the tilt by the
     arm of its pin across the axis: the largest eigenvalue of M^-1 K with both bounds every natural frequency.
     """
-    rigs, wires = pack([parameters])
+    _, wires = pack([parameters])
     bound = np.diag([parameters.ks, 0.0, 0.0, 0.0])
     for wire in wires[0]:
         arm_x, arm_y = wire["along"], wire["across"]

@@ -2,11 +2,56 @@
 
 import numpy as np
 
-from .. import checks
-from ..parameters import LAWS, RigParameters, oscillator_of
+from ..compiled import inlinable
+from ..parameters import law_of, oscillator_of
 
 
-def suspension_force(z, parameters, law="exact"):
+@inlinable
+def axial_force(spring, z):
+    """Force of all wires along the axis at the relative displacement z, and its slope; units as of ``spring``.
+
+    Parameters
+    ----------
+    spring : sequence of four float
+        See `spring_of`.
+    z : float
+        Or, from Python, an array.
+    """
+    square = z * z
+    if spring[0] == 0.0:
+        return z * (spring[1] + spring[2] * square), spring[1] + 3.0 * spring[2] * square
+    stiffness, d, d0, gap = spring[0], spring[1], spring[2], spring[3]
+    length = np.sqrt(square + d * d)
+    # 1 - d0/l and 1 - d0 d^2/l^3 as quotients, with l - d = z^2/(l + d): no cancellation between lengths that differ
+    # by 1e-4.
+    force = stiffness * z * (square + gap * (d + d0)) / ((length + d0) * length)
+    grown = square / (length + d) * (length * length + length * d + d * d)
+    return force, stiffness * (grown + d * d * gap) / (length * length * length)
+
+
+def spring_of(parameters, law=None, stiffness=1.0, length=1.0):
+    """What `axial_force` reads: 0, k1, k3, 0 of Eq. (2), or sum(k), d, d0, d - d0 of Eq. (1).
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+    law : {"exact", "cubic"}, optional
+        See `rigsim.parameters.law_of`.
+    stiffness, length : float
+        Units of what `axial_force` is given and gives (N/m, m).
+
+    Returns
+    -------
+    tuple of four float
+    """
+    if law_of(parameters, law) == "cubic":
+        oscillator = oscillator_of(parameters)
+        return 0.0, oscillator.k1 / stiffness, oscillator.k3 / stiffness * length**2, 0.0
+    d, d0 = parameters.d, parameters.d0
+    return float(parameters.wire_stiffness.sum()) / stiffness, d / length, d0 / length, (d - d0) / length
+
+
+def suspension_force(z, parameters, law=None):
     """Restoring force of all wires on the suspended mass, pulled straight along the axis.
 
     Parameters
@@ -14,9 +59,9 @@ def suspension_force(z, parameters, law="exact"):
     z : array_like, shape (...,)
         Relative displacement xs - x (m).
     parameters : RigParameters or OscillatorParameters
-        The latter knows no wires, so it takes the cubic law only.
-    law : {"exact", "cubic"}
-        Eq. (1), sum(k) z (1 - d0/sqrt(z^2 + d^2)), or Eq. (2), k1 z + k3 z^3.
+    law : {"exact", "cubic"}, optional
+        Eq. (1), sum(k) z (1 - d0/sqrt(z^2 + d^2)), the default for a rig; or Eq. (2), k1 z + k3 z^3, the only one
+        without wires.
 
     Returns
     -------
@@ -29,16 +74,7 @@ def suspension_force(z, parameters, law="exact"):
         If the law is unknown, z is not finite, the exact law is asked of a set without wires, or ``parameters``
         is of neither kind.
     """
-    checks.one_of("law", law, LAWS)
-    z = _displacement(z)
-    if law == "cubic":
-        oscillator = oscillator_of(parameters)
-        return oscillator.k1 * z + oscillator.k3 * z**3
-    rig = _with_wires(parameters)
-    # 1 - d0/l as a quotient of a difference of squares: no cancellation between d0 and l, which differ by 1e-4.
-    length = np.hypot(z, rig.d)
-    stretch = (z**2 + (rig.d - rig.d0) * (rig.d + rig.d0)) / (length + rig.d0)
-    return rig.wire_stiffness.sum() * z * stretch / length
+    return axial_force(spring_of(parameters, law), _displacement(z))[0]
 
 
 def cubic_law_error(z, parameters):
@@ -62,7 +98,7 @@ def cubic_law_error(z, parameters):
         If z is not finite or ``parameters`` has no wires.
     """
     z = _displacement(z)
-    exact = suspension_force(z, _with_wires(parameters))
+    exact = suspension_force(z, parameters, law="exact")
     difference = suspension_force(z, parameters, law="cubic") - exact
     return np.divide(difference, exact, out=np.zeros_like(z), where=exact != 0)
 
@@ -72,9 +108,3 @@ def _displacement(z):
     if not np.isfinite(z).all():
         raise ValueError("z holds values that are not finite; expected displacements in m")
     return z
-
-
-def _with_wires(parameters):
-    if not isinstance(parameters, RigParameters):
-        raise ValueError(f"parameters = {parameters!r} has no wires; the exact law expects RigParameters")
-    return parameters

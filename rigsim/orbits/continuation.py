@@ -110,16 +110,17 @@ def correct(numbers, law, period, orders, cosine, sine, x, normal, level, iterat
     step = np.empty(n)
     for iteration in range(1, iterations + 1):
         residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, residual, matrix[: n - 1])
-        matrix[n - 1] = normal
-        right[: n - 1, 0] = -residual
-        right[n - 1, 0] = level
+        right[n - 1, 0], right[n - 1, 1] = level, 1.0
         for i in range(n):
+            matrix[n - 1, i] = normal[i]
             right[n - 1, 0] -= normal[i] * x[i]
-        right[: n - 1, 1], right[n - 1, 1] = 0.0, 1.0
+        for i in range(n - 1):
+            right[i, 0], right[i, 1] = -residual[i], 0.0
         sign = _solve(matrix, right)
         if sign == 0.0:
             return 0.0, iteration, step
-        step[:] = right[:, 0]
+        for i in range(n):
+            step[i] = right[i, 0]
         length = math.sqrt(_dot(step, step, _sizes(x)))
         if not math.isfinite(length):
             return 0.0, iteration, step
@@ -369,6 +370,15 @@ def breaking_sign(numbers, law, period, orders, cosine, sine, x, parity):
     rows = _breaking_rows(x.size, parity)
     block = _breaking_block(numbers, law, period, orders, cosine, sine, x, rows)
     return _solve(block, np.empty((rows.size, 0)))
+
+
+@compiled
+def breaking_signs(numbers, law, period, orders, cosine, sine, points, parity):
+    """`breaking_sign` at each of the points (k, n)."""
+    signs = np.empty(len(points))
+    for i in range(len(points)):
+        signs[i] = breaking_sign(numbers, law, period, orders, cosine, sine, points[i], parity)
+    return signs
 
 
 @compiled

@@ -43,19 +43,20 @@ class HarmonicsWorth(Result):
         """`pandas.DataFrame`, one row a number of harmonics."""
         import pandas as pd
 
-        columns = ["error of xs", "error of x", "error of z", "shift (Hz)", "pieces", "special points"]
+        columns = ["error of xs", "error of x", "error of z", "shift [Hz]", "pieces", "special points"]
         values = [*self.error.T, self.shift, self.pieces, self.points]
         index = pd.Index(self.harmonics, name="harmonics")
         return pd.DataFrame(dict(zip(columns, values, strict=True)), index=index)
 
     def summary(self):
+        """One line: errors of the fewest and of the most harmonics."""
         return (
             f"HarmonicsWorth: error of z from {self.error[0, 2]:.1e} with {self.harmonics[0]} harmonics to "
             f"{self.error[-1, 2]:.1e} with {self.harmonics[-1]}"
         )
 
 
-def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 11), law="exact"):
+def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 11), law=None):
     """Errors of the curves of `periodic_orbits` for several numbers of harmonics, against ten more than the largest.
 
     Parameters
@@ -67,7 +68,7 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
         Forcing frequencies (Hz).
     harmonics : sequence of int
         Ascending.
-    law : {"exact", "cubic"}
+    law : {"exact", "cubic"}, optional
 
     Returns
     -------

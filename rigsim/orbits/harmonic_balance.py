@@ -22,15 +22,14 @@ Unknowns are held as (a_0, a_1, b_1, ..., a_h, b_h, Omega), or (a_1, b_1, a_3, b
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .. import checks
 from ..compiled import compiled
-from ..parameters import LAWS, OscillatorParameters, RigParameters, oscillator_of
-
-CUBIC, EXACT = 0.0, 1.0
+from ..model.wires import axial_force, spring_of
+from ..parameters import OscillatorParameters, law_of, oscillator_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +47,10 @@ class Balance:
         Highest line kept, in multiples of the forcing frequency over ``period``.
     orders : (k,) array of int
         Lines kept: 0, 1, 2, ... or 1, 3, 5, ...
-    numbers : (3,) array
-        mu, zeta_s, zeta.
-    law : (5,) array
-        CUBIC, Omega0^2, gamma, 0, 0; or EXACT, the stiffness of all wires over m omega_s^2, and d, d0, d - d0 over x0.
+    numbers : (4,) array
+        mu, zeta_s, zeta, and 0; or the Omega at which the force is the last unknown, see `at`.
+    law : (4,) array
+        `rigsim.model.wires.spring_of` the wires over m omega_s^2 and x0.
     cosine, sine : (samples, 2 harmonics + 1) array
         Of k theta at the samples of a period, or of half a period if only odd lines are kept.
     """
@@ -70,6 +69,33 @@ class Balance:
     def system(self):
         """What the compiled functions take first: (numbers, law, period, orders, cosine, sine)."""
         return self.numbers, self.law, self.period, self.orders, self.cosine, self.sine
+
+    @property
+    def size(self):
+        """Number of coefficients, the unknowns but for the last one."""
+        return 2 * self.orders.size - int(self.orders[0] == 0)
+
+    def at(self, frequency):
+        """The same equations at a given frequency (Hz), with the force over ``force`` as the last unknown."""
+        numbers = self.numbers.copy()
+        numbers[3] = frequency / self.hertz
+        return replace(self, numbers=numbers)
+
+    def widened(self, fewer, x):
+        """Unknowns (n,) of these equations from those ``x`` of ``fewer``, which keep odd lines only."""
+        result = np.zeros(self.size + 1)
+        result[-1] = x[-1]
+        result[2 * fewer.orders - 1], result[2 * fewer.orders] = x[:-1:2], x[1::2]
+        return result
+
+    def mirrored(self, x):
+        """Unknowns (n,) of an orbit's mirror image -w(theta + pi), all lines kept: even ones change their sign."""
+        result = x.copy()
+        result[0] *= -1
+        even = np.arange(2, self.harmonics + 1, 2)
+        result[2 * even - 1] *= -1
+        result[2 * even] *= -1
+        return result
 
     @property
     def unit(self):
@@ -97,7 +123,7 @@ class Balance:
         if start:
             W[:, 0] = points[:, 0]
         W[:, self.orders[start:]] = points[:, start:-1:2] - 1j * points[:, start + 1 : -1 : 2]
-        mu, zeta_s, _ = self.numbers
+        mu, zeta_s, _, _ = self.numbers
         s = Omega[:, None] / self.period * np.arange(self.harmonics + 1)
         drive = np.zeros(self.harmonics + 1)
         drive[self.period] = 1
@@ -119,20 +145,13 @@ def balance(parameters, force, harmonics, law, period=1, symmetric=False):
     force = checks.positive("force", force, "N")
     harmonics = checks.integer("harmonics", harmonics, low=1, high=200)
     period = int(checks.one_of("period", period, (1, 2, 3)))
-    checks.one_of("law", law, LAWS)
+    law = law_of(parameters, law)
     if oscillator.cs == 0:
         raise ValueError("cs = 0 N s/m is not allowed here; expected a damped shaker, for else solutions have no bound")
     group = oscillator.nondimensional(force)
     lines = period * harmonics
-    if law == "cubic":
-        numbers, samples = [CUBIC, group.Omega0**2, group.gamma, 0.0, 0.0], 4 * lines + 4
-    elif isinstance(parameters, RigParameters):
-        x0 = force / oscillator.ks
-        stiffness = parameters.wire_stiffness.sum() / (oscillator.m * oscillator.omega_s**2)
-        numbers = [EXACT, stiffness, parameters.d / x0, parameters.d0 / x0, (parameters.d - parameters.d0) / x0]
-        samples = 6 * lines + 6
-    else:
-        raise ValueError(f"parameters = {parameters!r} has no wires; the exact law expects RigParameters")
+    samples = (4 if law == "cubic" else 6) * (lines + 1)
+    spring = spring_of(parameters, law, oscillator.m * oscillator.omega_s**2, force / oscillator.ks)
     phase = 2 * np.pi / samples * (np.outer(np.arange(samples), np.arange(2 * lines + 1)) % samples)
     if symmetric:
         phase = phase[: samples // 2]
@@ -142,26 +161,11 @@ def balance(parameters, force, harmonics, law, period=1, symmetric=False):
         period,
         lines,
         np.arange(1, lines + 1, 2) if symmetric else np.arange(lines + 1),
-        np.array([group.mu, group.zeta_s, group.zeta]),
-        np.array(numbers),
+        np.array([group.mu, group.zeta_s, group.zeta, 0.0]),
+        np.array(spring),
         np.cos(phase),
         np.sin(phase),
     )
-
-
-@compiled
-def spring(law, w):
-    """phi(w) and phi'(w): the wires' force over m omega_s^2 x0, without cancellation between d and d0."""
-    if law[0] == CUBIC:
-        square = w * w
-        return (law[1] + law[2] * square) * w, law[1] + 3.0 * law[2] * square
-    stiffness, d, d0, gap = law[1], law[2], law[3], law[4]
-    square = w * w
-    length = math.sqrt(square + d * d)
-    force = stiffness * w * (square + gap * (d + d0)) / ((length + d0) * length)
-    # 1 - d0 d^2/l^3 with l - d = w^2/(l + d)
-    grown = square / (length + d) * (length * length + length * d + d * d)
-    return force, stiffness * (grown + d * d * gap) / (length * length * length)
 
 
 @compiled
@@ -179,7 +183,7 @@ def force_lines(law, orders, cosine, sine, x, slope_a, slope_b, force_a, force_b
         for j in range(start, orders.size):
             c = 2 * j - start
             w += x[c] * cosine[i, orders[j]] + x[c + 1] * sine[i, orders[j]]
-        force, slope = spring(law, w)
+        force, slope = axial_force(law, w)
         force *= 2.0 / samples
         slope *= 2.0 / samples
         for k in range(h + 1):  # innermost over lines, so that it becomes one vector operation
@@ -194,6 +198,9 @@ def force_lines(law, orders, cosine, sine, x, slope_a, slope_b, force_a, force_b
 def residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, residual, jacobian):
     """Residual (n - 1,) and Jacobian (n - 1, n) of the module's equations at x (n,); work is (4, 2h + 1)."""
     mu, zeta_s, zeta = numbers[0], numbers[1], numbers[2]
+    sliced = numbers[3] > 0.0
+    Omega = numbers[3] if sliced else x[x.size - 1]
+    share = x[x.size - 1] if sliced else 1.0
     h = cosine.shape[1] // 2
     A, B, force_a, force_b = work[0], work[1], work[2, : h + 1], work[3, : h + 1]
     force_lines(law, orders, cosine, sine, x, A, B, force_a, force_b)
@@ -215,7 +222,7 @@ def residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, r
             jacobian[c, at + 1] = 0.5 * (B[k + j] - odd)
             jacobian[s, at] = 0.5 * (B[k + j] + odd)
         rate = k / period
-        sigma = rate * x[last]
+        sigma = rate * Omega
         D = complex(1.0 - (1.0 + mu) * sigma * sigma, 2.0 * zeta_s * sigma)
         dD = complex(-2.0 * (1.0 + mu) * sigma, 2.0 * zeta_s)
         cube = mu * sigma * sigma * sigma / D
@@ -232,9 +239,22 @@ def residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, r
         if k == period:
             drive = -sigma * sigma / D
             change = -(2.0 * sigma - sigma * sigma * dD / D) / D
-            residual[c] -= drive.real
-            residual[s] += drive.imag
+            residual[c] -= share * drive.real
+            residual[s] += share * drive.imag
             along_c -= change.real
             along_s += change.imag
-        jacobian[c, last] = rate * along_c
-        jacobian[s, last] = rate * along_s
+        if not sliced:
+            jacobian[c, last] = rate * along_c
+            jacobian[s, last] = rate * along_s
+        elif k == period:
+            jacobian[c, last] = -drive.real
+            jacobian[s, last] = drive.imag
+        else:
+            jacobian[c, last], jacobian[s, last] = 0.0, 0.0
+
+
+def residual(system, x):
+    """Residual (n - 1,) and Jacobian (n - 1, n) at x (n,) of a `Balance.system`; new arrays."""
+    work, values, jacobian = np.empty((4, system[-1].shape[1])), np.empty(x.size - 1), np.empty((x.size - 1, x.size))
+    residual_and_jacobian(*system, x, work, values, jacobian)
+    return values, jacobian

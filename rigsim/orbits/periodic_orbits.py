@@ -15,18 +15,17 @@ Algorithm:
    or half its lower one, to learn which of them are one curve.
 """
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 
 from .. import checks
 from ..campaign.progress import reporting
-from ..parameters import OscillatorParameters, RigParameters, oscillator_of
-from ..results import Result
+from ..parameters import law_of, oscillator_of
+from ..results import Status
 from ..theory.amplitude import frequency_response
 from ..theory.detached import folds
-from ..theory.floquet import is_stable
+from .branches import OrbitBranch, PeriodicOrbits
 from .continuation import (
     CLOSED,
     FULL,
@@ -45,8 +44,7 @@ from .continuation import (
     unit_tangent,
 )
 from .harmonic_balance import balance
-from .shooting import shoot_orbit
-from .stability import hill_multipliers, stability_changes
+from .sheet import passages, slices
 
 _SEEDS = 24
 _SHARES = (0.03, 0.2, 0.5, 0.8, 0.97)  # of an interval with three solutions
@@ -57,180 +55,44 @@ _SAME = 1e-6  # relative distance below which two orbits are one
 
 _ROUNDING = 1e-8  # even lines below this share of an orbit's largest are none
 _OFF = 0.03  # relative length of the first step off a symmetric curve
-_NEAR = 0.3  # relative distance within which a single-term solution is an orbit's counterpart
+# The first that an end has.
+_STATUS = {
+    frozenset({CLOSED}): Status.CLOSED,
+    frozenset({STUCK, FULL}): Status.STOPPED,
+    frozenset({MIRROR}): Status.BRANCHES_OFF,
+    frozenset({LOW, HIGH}): Status.LEAVES_THE_BAND,
+}
 
 
-@dataclass(frozen=True)
-class Disagreement:
-    """A stretch of a curve over which single-term balance gives another verdict on stability.
-
-    Attributes
-    ----------
-    low, high : float
-        Hz.
-    stable : bool
-        Verdict of the converged orbits; single-term balance says the contrary.
-    """
-
-    low: float
-    high: float
-    stable: bool
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class OrbitBranch(Result):
-    """A connected curve of periodic orbits inside a band, ordered along itself; what `periodic_orbits` returns.
-
-    Lines are complex: u(t) = Re(sum_k U[k] exp(2 pi i k f t / period)), so column 0 is the mean and column ``period``
-    the line at the forcing frequency f, zero to peak, phase against the force F cos(2 pi f t).
-
-    Attributes
-    ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude F (N).
-    law : str
-        "exact" or "cubic".
-    frequency : (n,) array
-        Forcing frequency (Hz); turns back at every fold. The last orbit of a closed curve is its first.
-    shaker, mass, relative : (n, period harmonics + 1) complex array
-        Lines of xs, x and z (m).
-    closed : bool
-        Whether it closes on itself inside the band.
-    period : int
-        Period of the orbits, in forcing periods.
-    folds : tuple of int
-        Indices of the orbits at which the frequency turns, located to 1e-6 Hz and better.
-    status : str
-        How it ends, at both ends, and why; and single-term solutions nearby from which no orbit was found, as happens
-        where these have folds that converged orbits do not.
-    joins : tuple of int
-        Positions, in the tuple it came in, of the curves that it joins outside the band.
-    """
-
-    parameters: RigParameters | OscillatorParameters
-    force: float
-    law: str
-    frequency: np.ndarray
-    shaker: np.ndarray
-    mass: np.ndarray
-    relative: np.ndarray
-    closed: bool
-    period: int
-    folds: tuple
-    status: str
-    joins: tuple = ()
-
-    plots = {"orbits": "orbits_figure"}
-
-    @property
-    def harmonics(self):
-        """Multiples of the forcing frequency that were kept."""
-        return (self.relative.shape[1] - 1) // self.period
-
-    @property
-    def symmetric(self):
-        """Whether the second half of every orbit mirrors its first: all even lines are zero."""
-        return not self.relative[:, ::2].any()
-
-    @cached_property
-    def multipliers(self):
-        """(n, 4) complex Floquet multipliers about these orbits, over their period, by Hill's determinant.
-
-        See `rigsim.orbits.stability`; `shoot` has them by another way.
-        """
-        return hill_multipliers(*self._equations())
-
-    @cached_property
-    def stable(self):
-        """(n,) bool: whether all `multipliers` lie inside the unit circle."""
-        return is_stable(self.multipliers)
-
-    @cached_property
-    def special_points(self):
-        """Tuple of `SpecialPoint` in the order of the curve: folds, and every change of stability."""
-        return stability_changes(*self._equations(), self.folds)
-
-    @cached_property
-    def disagreements(self):
-        """Tuple of `Disagreement`: where the paper's way to judge stability errs on this curve.
-
-        Symmetric orbits of period 1 have a single-term counterpart: the solution nearest to their line at the forcing
-        frequency, unless that lies further than 30 % away. A stretch ends at a special point, or half-way between two
-        orbits.
-        """
-        if self.period != 1 or not self.symmetric:
-            return ()
-        theory = frequency_response(self.parameters, self.force, self.frequency)
-        apart = abs(theory.relative - self.relative[:, 1:2])
-        nearest = np.nanargmin(apart, axis=1)[:, None]
-        verdict = np.take_along_axis(theory.stable, nearest, axis=1)[:, 0]
-        near = np.take_along_axis(apart, nearest, axis=1)[:, 0] < _NEAR * abs(self.relative[:, 1])
-        differs = near & (verdict != self.stable)
-        cuts = np.flatnonzero(np.diff(differs) | np.diff(self.stable))
-        known = {point.index: point.frequency for point in self.special_points}
-        edges = {i: known.get(int(i), 0.5 * (self.frequency[i] + self.frequency[i + 1])) for i in cuts}
-        found = []
-        for run in np.split(np.arange(differs.size), cuts + 1):
-            if differs[run[0]]:
-                places = [*self.frequency[run], *(edges[i] for i in (run[0] - 1, run[-1]) if i in edges)]
-                found.append(Disagreement(float(min(places)), float(max(places)), bool(self.stable[run[0]])))
-        return tuple(found)
-
-    def shoot(self, i):
-        """Orbit ``i`` found again by shooting in time, as a `ShotOrbit`."""
-        rate = 2j * np.pi * self.frequency[i] / self.period * np.arange(self.relative.shape[1])
-        motion = np.array([self.shaker[i], self.mass[i]])
-        state = np.concatenate([motion.real.sum(axis=1), (rate * motion).real.sum(axis=1)])
-        return shoot_orbit(self.parameters, self.force, self.frequency[i], state, self.law, period=self.period)
-
-    def _equations(self):
-        """The balance equations that the curve obeys, and its unknowns (n, ...)."""
-        equations = balance(
-            self.parameters, self.force, self.harmonics, self.law, self.period, self.period != 2 and self.symmetric
-        )
-        points = [equations.unknowns(f, lines) for f, lines in zip(self.frequency, self.relative, strict=True)]
-        return equations, np.array(points)
-
-    def table(self):
-        """`pandas.DataFrame` of the special points."""
-        import pandas as pd
-
-        rows = [(p.kind, p.frequency, 1e3 * abs(p.relative), abs(p.multipliers[0])) for p in self.special_points]
-        return pd.DataFrame(rows, columns=["special point", "frequency (Hz)", "|z| (mm)", "largest |multiplier|"])
-
-    def summary(self):
-        low, high = self.frequency.min(), self.frequency.max()
-        return (
-            f"OrbitBranch: {self.frequency.size} orbits of period {self.period} from {low:.4f} to {high:.4f} Hz, "
-            f"{len(self.folds)} folds, {self.status}"
-        )
-
-
-def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *, period=1, progress=False):
+def periodic_orbits(
+    parameters, force, band=(5, 80), harmonics=9, law=None, *, period=1, search="complete", progress=False
+):
     """Every curve of periodic orbits over a band of frequencies, by harmonic balance and continuation.
 
     Parameters
     ----------
     parameters : RigParameters or OscillatorParameters
-        The exact law needs the wires of the former.
     force : float
         Force amplitude F (N, above zero).
     band : (float, float)
         Forcing frequencies (Hz).
     harmonics : int
         Multiples of the forcing frequency kept besides the mean, odd and even; 1 is single-term theory (and a mean).
-    law : {"exact", "cubic"}
-        Eq. (1) or Eq. (2).
+    law : {"exact", "cubic"}, optional
+        Eq. (1) or Eq. (2); by default what the parameters carry, see `rigsim.parameters.law_of`.
     period : {1, 2}
         1: every curve above; 2: the curves of twice the period that branch off them inside the band. Subharmonic
         motions that are connected to none of these need a first orbit, see `continue_orbit`.
+    search : {"complete", "seeds"}
+        "seeds": curves that pass a solution of single-term theory, or branch off such a curve inside the band.
+        "complete": also every other that is connected with rest over frequency and force together; see
+        `rigsim.orbits.sheet` for what that covers.
     progress : bool or callable
         See `rigsim.campaign.progress.reporting`; counts seeds.
 
     Returns
     -------
-    tuple of OrbitBranch
+    PeriodicOrbits
 
     Raises
     ------
@@ -238,6 +100,8 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
         If an input is not allowed, the exact law is asked of a set without wires, or the shaker is undamped.
     """
     checks.one_of("period", period, (1, 2))
+    checks.one_of("search", search, ("complete", "seeds"))
+    law = law_of(parameters, law)
     equations = balance(parameters, force, harmonics, law, symmetric=True)
     low, high = _checked_band(band)
     # Seeds that do not lead to an orbit at once are led there by way of fewer harmonics.
@@ -252,10 +116,15 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
             elif not any(lies_on(*equations.system, *curve[:2], x) for curve in curves):
                 curves.append(_curve(equations, x, tangent, low, high))
             report(number + 1)
+    every_line = balance(parameters, force, harmonics, law)
+    cuts = slices(equations, every_line, low, high) if search == "complete" else []
+    for x in passages(equations, cuts, "symmetric"):
+        _add_curve(equations, curves, x, low, high)
     if not curves:
         raise RuntimeError(f"no single-term solution from {low:g} to {high:g} Hz led to a converged orbit")
-    every_line = balance(parameters, force, harmonics, law)
     bent = _branching_curves(equations, every_line, curves, low, high)
+    for x in passages(every_line, cuts, "asymmetric"):
+        _add_curve(every_line, bent, x, low, high)
     groups = [(equations, curves), (every_line, bent)]
     if period == 2:
         doubled = balance(parameters, force, harmonics, law, period)
@@ -267,18 +136,18 @@ def periodic_orbits(parameters, force, band=(5, 80), harmonics=9, law="exact", *
         for curve, join, remark in zip(members, joins, remarks, strict=True):
             branch = _branch(system, parameters, law, *curve)
             joined = tuple(first + i for i in join)
-            branches.append(replace(branch, joins=joined, status=branch.status + remark))
+            branches.append(replace(branch, joins=joined, message=branch.message + remark))
     for frequency, relative in lost:
         gaps = [np.hypot(b.frequency / frequency - 1, abs(b.relative[:, 1] / relative - 1)).min() for b in branches]
         near = int(np.argmin(gaps))
         remark = (
             f"; no orbit was found from the single-term solution {abs(relative):.4g} m at {frequency:.6g} Hz nearby"
         )
-        branches[near] = replace(branches[near], status=branches[near].status + remark)
-    return tuple(branches)
+        branches[near] = replace(branches[near], message=branches[near].message + remark)
+    return PeriodicOrbits(tuple(branches), parameters, equations.force, law, (low, high), harmonics)
 
 
-def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmonics=9, law="exact", *, period=1):
+def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmonics=9, law=None, *, period=1):
     """The curve of periodic orbits through one that is roughly known, such as a subharmonic motion.
 
     Parameters
@@ -294,7 +163,7 @@ def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmoni
         Forcing frequencies (Hz).
     harmonics : int
         Multiples of the forcing frequency kept; so ``period`` times as many lines.
-    law : {"exact", "cubic"}
+    law : {"exact", "cubic"}, optional
     period : {1, 2, 3}
         Period of the orbit, in forcing periods.
 
@@ -307,6 +176,7 @@ def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmoni
     ValueError
         If an input is not allowed, or no orbit is found from the given lines.
     """
+    law = law_of(parameters, law)
     equations = balance(parameters, force, harmonics, law, period)
     low, high = _checked_band(band)
     frequency = checks.real("frequency", frequency, "Hz", low=low, high=high)
@@ -365,6 +235,15 @@ def _seed_orbit(equations, fewer, frequency, lines):
     return good, x, tangent
 
 
+def _add_curve(equations, curves, x, low, high):
+    """Add the curve through the orbit x, unless it, or its mirror image, lies on one of the curves."""
+    images = [x] if equations.orders[0] else [x, equations.mirrored(x)]
+    if not any(lies_on(*equations.system, *curve[:2], image) for curve in curves for image in images):
+        good, _, tangent = correct_at(*equations.system, x, x[-1], 30, 0.3)
+        if good:
+            curves.append(_curve(equations, x, tangent, low, high))
+
+
 def _curve(equations, x, tangent, low, high):
     """Orbits of the whole curve through x, their tangents, why it ends at its two ends, indices of its folds."""
     edges = low / equations.hertz, high / equations.hertz
@@ -405,13 +284,12 @@ def _with_folds(system, points, tangents):
 
 def _branch(equations, parameters, law, points, _, ends, turns):
     frequency, shaker, mass, relative = equations.lines(points)
-    closed = ends[0] == CLOSED
-    if closed:
-        status = "closed"
-    else:
-        status = f"{_end(ends[0], frequency[0])}, {_end(ends[1], frequency[-1])}"
+    status = next(status for codes, status in _STATUS.items() if codes & {*ends})
+    message = str(status)
+    if status is not Status.CLOSED:
+        message = f"{_end(ends[0], frequency[0])}, {_end(ends[1], frequency[-1])}"
     return OrbitBranch(
-        parameters, equations.force, law, frequency, shaker, mass, relative, closed, equations.period, turns, status
+        parameters, equations.force, law, frequency, shaker, mass, relative, equations.period, turns, status, message
     )
 
 
@@ -434,8 +312,8 @@ def _branching_curves(base, equations, curves, low, high):
     for points, _, _, _ in curves:
         full = _with_every_line(base, equations, points)
         signs = np.array([breaking_sign(*equations.system, x, parity) for x in full])
-        for i in np.flatnonzero(signs[:-1] * signs[1:] < 0):
-            places.append(_breaking_point(base, equations, points[i], points[i + 1], signs[i], parity))
+        turns = np.flatnonzero(signs[:-1] * signs[1:] < 0)
+        places += [_breaking_point(base, equations, points[i], points[i + 1], signs[i], parity) for i in turns]
     found, used = [], set()
     edges = low / equations.hertz, high / equations.hertz
     for number, place in enumerate(places):

@@ -1,4 +1,4 @@
-"""Periodic orbits of Eqs. (3a, b) by shooting in time, and their monodromy; shares nothing with harmonic balance.
+"""Periodic orbits of Eqs. (3a, b) by shooting in time, and their monodromy; of harmonic balance only the wires' law.
 
 The state (xs, x, xs', x') and its derivative with respect to the initial state are carried over the orbit's period
 together, in SI units, by Gragg's midpoint rule extrapolated to order 12 (Hairer, Norsett and Wanner, Solving Ordinary
@@ -13,8 +13,9 @@ import numpy as np
 
 from .. import checks
 from ..compiled import compiled
-from ..parameters import LAWS, RigParameters, oscillator_of
-from ..results import Result
+from ..model.wires import axial_force, spring_of
+from ..parameters import law_of, oscillator_of
+from ..results import Result, Status
 
 _STAGES = 6  # midpoint rules of 2, 4, ..., 12 substeps: order 12
 _ANGLE = 0.6  # rad of the fastest motion in a step
@@ -41,8 +42,9 @@ class ShotOrbit(Result):
         Lines of xs, x and z (m) at 0, f/period, 2 f/period, ...; see `OrbitBranch`.
     residual : float
         Largest change of the state over the period, relative to the orbit's size.
-    converged : bool
-    status : str
+    status : Status
+        CONVERGED or NOT_CONVERGED.
+    message : str
     """
 
     frequency: float
@@ -54,8 +56,13 @@ class ShotOrbit(Result):
     mass: np.ndarray
     relative: np.ndarray
     residual: float
-    converged: bool
-    status: str
+    status: Status
+    message: str
+
+    @property
+    def converged(self):
+        """Whether the state returns."""
+        return self.status is Status.CONVERGED
 
     @property
     def stable(self):
@@ -63,10 +70,10 @@ class ShotOrbit(Result):
         return bool(self.converged and (abs(self.multipliers) < 1).all())
 
     def summary(self):
+        """One line: whether it returns, and the largest multiplier."""
         largest = abs(self.multipliers[0])
-        return (
-            f"ShotOrbit: period {self.period} at {self.frequency:g} Hz, {self.status}, largest multiplier {largest:.6g}"
-        )
+        told = f"{self.message}, largest multiplier {largest:.6g}"
+        return f"ShotOrbit: period {self.period} at {self.frequency:g} Hz, {told}"
 
 
 @compiled
@@ -74,16 +81,9 @@ def _rates(t, state, constants, force, omega, rates):
     """Time derivative of the state and of its four derivatives, (5, 4): row 0 the state."""
     ms, ks, cs, m, c = constants[0], constants[1], constants[2], constants[3], constants[4]
     z = state[0, 0] - state[0, 1]
-    if constants[5] > 0.0:  # wires: total stiffness, d, d0
-        d, d0 = constants[6], constants[7]
-        length = math.sqrt(z * z + d * d)
-        spring = constants[5] * z * (z * z + (d - d0) * (d + d0)) / ((length + d0) * length)
-        slope = constants[5] * (1.0 - d0 / length + d0 * z * z / length**3)
-    else:  # k1, k3
-        spring = (constants[6] + constants[7] * z * z) * z
-        slope = constants[6] + 3.0 * constants[7] * z * z
+    force_there, slope = axial_force(constants[5:], z)
     for i in range(5):
-        stiff = spring if i == 0 else slope * (state[i, 0] - state[i, 1])
+        stiff = force_there if i == 0 else slope * (state[i, 0] - state[i, 1])
         between = c * (state[i, 2] - state[i, 3]) + stiff
         rates[i, 0], rates[i, 1] = state[i, 2], state[i, 3]
         rates[i, 2] = -(cs * state[i, 2] + ks * state[i, 0] + between) / ms
@@ -123,20 +123,20 @@ def _carry(start, constants, force, omega, duration, steps, path):
     return state
 
 
-def shoot_orbit(parameters, force, frequency, state, law="exact", *, period=1, iterations=15):
+def shoot_orbit(parameters, force, frequency, state, law=None, *, period=1, iterations=15):
     """The periodic orbit near an initial state, by Newton's method on the return of the state, and its stability.
 
     Parameters
     ----------
     parameters : RigParameters or OscillatorParameters
-        The exact law needs the wires of the former.
     force : float
         Force amplitude F (N, above zero).
     frequency : float
         Forcing frequency (Hz).
     state : (4,) array_like
         xs, x (m), xs', x' (m/s) at a crest of the force.
-    law : {"exact", "cubic"}
+    law : {"exact", "cubic"}, optional
+        See `rigsim.parameters.law_of`.
     period : int
         Forcing periods after which the state shall return. An orbit that returns sooner is found too.
     iterations : int
@@ -145,59 +145,50 @@ def shoot_orbit(parameters, force, frequency, state, law="exact", *, period=1, i
     Returns
     -------
     ShotOrbit
-        Its ``converged`` and ``status`` say whether and how well the state returns.
+        Its ``status`` and ``message`` say whether and how well the state returns.
 
     Raises
     ------
     ValueError
         If an input is not allowed, or the exact law is asked of a set without wires.
     """
-    oscillator = oscillator_of(parameters)
     force, frequency = checks.positive("force", force, "N"), checks.positive("frequency", frequency, "Hz")
     state = checks.array("state", state).copy()
     if state.size != 4:
         raise ValueError(f"state has {state.size} values; expected xs, x, xs', x'")
     period, iterations = checks.integer("period", period, low=1), checks.integer("iterations", iterations, low=1)
-    checks.one_of("law", law, LAWS)
-    constants = _constants(parameters, oscillator, law)
+    law = law_of(parameters, law)
+    o = oscillator_of(parameters)
+    constants = np.array([o.ms, o.ks, o.cs, o.m, o.c, *spring_of(parameters, law)])
     omega = 2 * np.pi * frequency
     duration = period / frequency
     samples = _samples(constants, omega, period, abs(state[0] - state[1]) + abs(state[2] - state[3]) / omega)
     path = np.empty((samples, 2))
-    residual, converged = np.inf, False
+    residual = np.inf
     for _ in range(iterations):
         end = _carry(state, constants, force, omega, duration, samples, path)
         monodromy = end[1:].T
         size = np.abs(path).max() * np.array([1, 1, omega, omega])
         residual = float(np.max(np.abs(end[0] - state) / size)) if np.isfinite(end).all() else np.inf
         if residual < _RETURNED or not np.isfinite(residual):
-            converged = residual < _RETURNED
             break
         state = state - np.linalg.solve(monodromy - np.eye(4), end[0] - state)
     values = np.linalg.eigvals(monodromy).astype(complex) if np.isfinite(monodromy).all() else np.full(4, np.nan + 0j)
     values = values[np.argsort(-abs(values))]
-    if converged:
-        status = f"returns to {residual:.1e} of its size"
+    if residual < _RETURNED:
+        status, message = Status.CONVERGED, f"returns to {residual:.1e} of its size"
     else:
-        status = f"not converged in {iterations} Newton steps: the state changes by {residual:.1e} of the orbit's size"
+        status = Status.NOT_CONVERGED
+        message = f"not converged in {iterations} Newton steps: the state changes by {residual:.1e} of the orbit's size"
     lines = np.fft.rfft(path, axis=0)[: samples // 3] * (2 / samples)
     lines[0] /= 2
     shaker, mass = lines.T
-    return ShotOrbit(frequency, period, law, state, values, shaker, mass, shaker - mass, residual, converged, status)
-
-
-def _constants(parameters, oscillator, law):
-    o = oscillator
-    if law == "cubic":
-        return np.array([o.ms, o.ks, o.cs, o.m, o.c, 0.0, o.k1, o.k3])
-    if not isinstance(parameters, RigParameters):
-        raise ValueError(f"parameters = {parameters!r} has no wires; the exact law expects RigParameters")
-    return np.array([o.ms, o.ks, o.cs, o.m, o.c, parameters.wire_stiffness.sum(), parameters.d, parameters.d0])
+    return ShotOrbit(frequency, period, law, state, values, shaker, mass, shaker - mass, residual, status, message)
 
 
 def _samples(constants, omega, period, z):
     """Steps over the orbit's period, from the fastest motion at deflections up to z (m)."""
-    ms, ks, _, m, _, wires, first, second = constants
-    slope = wires * (1 - second / first + 1.5 * (z / first) ** 2) if wires > 0 else first + 3 * second * z**2
+    ms, ks, _, m, _ = constants[:5]
+    slope = axial_force(constants[5:], z)[1]
     fastest = np.sqrt(ks / ms + slope * (1 / m + 1 / ms))
     return period * max(_FEWEST, math.ceil(2 * np.pi / omega * fastest / _ANGLE))

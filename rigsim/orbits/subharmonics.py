@@ -6,15 +6,18 @@ followed by harmonic balance until its curve closes or leaves the band.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from .. import checks
-from ..attraction.attractors import landscape, quasi_random
+from ..attraction.attractors import attractors, quasi_random
 from ..campaign.run import run_chunks
-from ..parameters import OscillatorParameters, RigParameters
+from ..parameters import OscillatorParameters, RigParameters, law_of
 from ..results import Result
-from .periodic_orbits import OrbitBranch, continue_orbit
+from ..theory.amplitude import frequency_response
+from .branches import OrbitBranch
+from .periodic_orbits import continue_orbit
 
 PERIODS = (2, 3)
 _SAME = 0.02  # of the largest line: how near a motion must come to a curve to lie on it
@@ -79,7 +82,7 @@ class SubharmonicFamily(Result):
     def summary(self):
         """One line with its reach and where it was met."""
         low, high = self.branch.frequency.min(), self.branch.frequency.max()
-        shape = "closed" if self.branch.closed else self.branch.status
+        shape = "closed" if self.branch.closed else self.branch.message
         return (
             f"SubharmonicFamily of period {self.period}: {low:.3f} to {high:.3f} Hz, {len(self.folds)} folds, {shape}; "
             f"met at {self.met.min():g} to {self.met.max():g} Hz"
@@ -115,6 +118,17 @@ class Subharmonics(Result):
     families: tuple
 
     plots = {"subharmonics": "subharmonics_figure"}
+
+    @property
+    def band(self):
+        """What the search and the families reach over, and 2 Hz more on either side (pair in Hz)."""
+        places = np.concatenate([self.frequency, *(family.branch.frequency for family in self.families)])
+        return float(places.min()) - 2, float(places.max()) + 2
+
+    @cached_property
+    def response(self):
+        """The `FrequencyResponse` of single-term theory over the `band`."""
+        return frequency_response(self.parameters, self.force, np.linspace(*self.band, 400))
 
     def table(self):
         """`pandas.DataFrame`: every motion met, and the line of its spectrum that gives it away."""
@@ -160,7 +174,7 @@ def subharmonic_motions(
     force,
     frequency=None,
     *,
-    law="exact",
+    law=None,
     starts=256,
     follow=(20.0, 200.0),
     seed=0,
@@ -173,13 +187,12 @@ def subharmonic_motions(
     Parameters
     ----------
     parameters : RigParameters or OscillatorParameters
-        The latter takes the cubic law only.
     force : float
         Amplitude F (N).
     frequency : (n,) array_like, optional
         Where to search (Hz); by default every 2 Hz from 40 to 110.
-    law : {"exact", "cubic"}
-        Eq. (1) or Eq. (2).
+    law : {"exact", "cubic"}, optional
+        See `rigsim.parameters.law_of`.
     starts : int
         Quasi-random states at every frequency; see `rigsim.attraction.attractors.attractors`.
     follow : (float, float)
@@ -201,6 +214,7 @@ def subharmonic_motions(
     ValueError
         If an argument is not allowed.
     """
+    law = law_of(parameters, law)
     frequency = np.arange(40.0, 110.5, 2.0) if frequency is None else frequency
     frequency = np.unique(checks.array("frequency", frequency, "Hz", low=0.0, low_open=True))
     follow = checks.array("follow", follow, "Hz", low=0.0, low_open=True, min_size=2)
@@ -222,19 +236,18 @@ _KEPT = ("period", "amplitude", "relative", "share")
 
 def _search_chunk(chunk):
     """Motions of more than one period at one frequency, as arrays."""
-    found = landscape(**chunk)
-    several = [i for i, one in enumerate(found.attractors) if one.period > 1]
-    count = 9 * max([3, *(found.attractors[i].period for i in several)]) + 1
+    found = attractors(**chunk)
+    several = [one for one in found if one.period > 1]
+    count = 9 * max([3, *(one.period for one in several)]) + 1
     relative = np.zeros((len(several), count), dtype=complex)
-    for row, i in zip(relative, several, strict=True):
-        lines = found.attractors[i].relative
-        row[: lines.size] = lines
+    for row, one in zip(relative, several, strict=True):
+        row[: one.relative.size] = one.relative
     label, _ = found.settle(quasi_random(chunk["starts"], found.box, chunk["seed"]))
     return {
-        "period": np.array([found.attractors[i].period for i in several], dtype=int),
-        "amplitude": np.array([found.attractors[i].amplitude for i in several]),
+        "period": np.array([one.period for one in several], dtype=int),
+        "amplitude": np.array([one.amplitude for one in several]),
         "relative": relative,
-        "share": np.array([(label == i).mean() for i in several]),
+        "share": np.array([(label == one.motion).mean() for one in several]),
     }
 
 

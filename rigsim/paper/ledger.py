@@ -9,7 +9,6 @@ from ..parameters import RigParameters
 from ..results import Result, ResultSequence
 from .evidence import Evidence
 from .rows import ROWS
-from .rows.entry import Number
 
 _CLOSE = 1e-3  # relative difference still called close, beyond the printed digits
 # The rows' causes are those of the paper's rig.
@@ -38,14 +37,10 @@ class LedgerRow:
         Where it stands in the paper.
     item : str
         The quantity, or the claim in words.
-    kind : {"number", "claim"}
-    unit : str
-    printed : str
+    printed, unit : str
         As the paper prints it; empty for a claim.
     computed : float or str
         The number, or what was found.
-    difference, percent : float or None
-        Computed less printed, absolute and relative (%).
     agrees : {"yes", "close", "partly", "no"}
         A number: "yes" where it rounds to the printed digits, "close" within 0.1 %. A claim: whether it holds.
     cause : str
@@ -54,23 +49,36 @@ class LedgerRow:
 
     section: str
     item: str
-    kind: str
-    unit: str
     printed: str
+    unit: str
     computed: float | str
-    difference: float | None
-    percent: float | None
     agrees: str
     cause: str
 
     @property
+    def kind(self):
+        """Either "number" or "claim"."""
+        return "number" if self.printed else "claim"
+
+    @property
+    def difference(self):
+        """Computed less printed, or None."""
+        return None if isinstance(self.computed, str) else self.computed - float(self.printed)
+
+    @property
+    def percent(self):
+        """The difference relative to what is printed (%), or None."""
+        return None if isinstance(self.computed, str) else 100 * (self.computed / float(self.printed) - 1)
+
+    @property
     def shown(self):
         """The computed number with one digit more than the printed one, or the text."""
-        if self.kind == "claim" or isinstance(self.computed, str):
+        if isinstance(self.computed, str):
             return self.computed
-        digits = Decimal(self.printed).as_tuple().digits
-        text = f"{self.computed:.{len(digits)}e}" if "e" in self.printed else f"{self.computed:.{_decimals(self) + 1}f}"
-        return text.replace("e+0", "e").replace("e-0", "e-")
+        printed = Decimal(self.printed).as_tuple()
+        if "e" in self.printed:
+            return f"{self.computed:.{len(printed.digits)}e}".replace("e+0", "e").replace("e-0", "e-")
+        return f"{self.computed:.{max(0, -printed.exponent) + 1}f}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -132,7 +140,7 @@ class Ledger(ResultSequence):
 
         columns = ["section", "item", "kind", "unit", "printed", "computed", "difference", "percent", "agrees", "cause"]
         rows = [[getattr(row, name) for name in columns] for row in self]
-        return pd.DataFrame(rows, columns=[*columns[:7], "difference [%]", *columns[8:]])
+        return pd.DataFrame(rows, columns=columns).rename(columns={"percent": "difference [%]"})
 
     def _repr_html_(self):
         sections = dict.fromkeys(row.section for row in self)
@@ -174,23 +182,14 @@ def ledger(rig=None, *, evidence=None, progress=False):
 
 
 def _compute(entry, evidence):
-    number = isinstance(entry, Number)
-    difference = percent = None
     try:
         found = entry.compute(evidence)
     except ValueError as error:  # a rig of one's own may have no equilibrium, or fly apart
         agrees, computed = "no", f"could not be computed: {error}"
     else:
-        if number:
-            computed, wanted = float(found), float(entry.printed)
-            difference, percent = computed - wanted, 100 * (computed / wanted - 1)
-            agrees = _agreement(entry.printed, computed)
-        else:
-            agrees, computed = found
+        agrees, computed = (_agreement(entry.printed, found), float(found)) if entry.printed else found
     cause = "" if agrees == "yes" else _cause(entry, evidence)
-    item, unit, printed = (entry.item, entry.unit, entry.printed) if number else (entry.claim, "", "")
-    kind = "number" if number else "claim"
-    return LedgerRow(entry.section, item, kind, unit, printed, computed, difference, percent, agrees, cause)
+    return LedgerRow(entry.section, entry.item, entry.printed, entry.unit, computed, agrees, cause)
 
 
 def _cause(entry, evidence):
@@ -204,10 +203,6 @@ def _agreement(printed, computed):
     if abs(computed - float(printed)) <= 0.5 * 10.0**half * (1 + 1e-9):
         return "yes"
     return "close" if abs(computed / float(printed) - 1) <= _CLOSE else "no"
-
-
-def _decimals(row):
-    return max(0, -Decimal(row.printed).as_tuple().exponent)
 
 
 def _table(section, rows, kind):

@@ -81,6 +81,7 @@ class FrequencyResponse(Result):
         return pd.DataFrame(rows, columns=["piece", "closed", "from [Hz]", "to [Hz]", "folds"])
 
     def summary(self):
+        """One line: the band, and at how many frequencies there are several solutions."""
         low, high = self.frequency.min(), self.frequency.max()
         several = int((self.count > 1).sum())
         return (

@@ -199,34 +199,11 @@ class ForceScenario(ResultSequence):
                 regions.append((interval_kind(lists[0][i][1], lists[0][i + 1][1]), forces, *ends))
         return tuple(regions)
 
-    def surface(self, forces=(0.3, 7.0), band=(12.0, 65.0), *, force=3.18, quantity="relative", resolution=120):
-        """The response over frequency and force as one folded sheet; see `rigsim.theory.surface`.
-
-        Parameters
-        ----------
-        forces : (float, float)
-            Least and largest force amplitude (N, above zero).
-        band : (float, float)
-            Least and largest forcing frequency (Hz, above zero).
-        force : float
-            Force (N, within ``forces``) whose response lies on the sheet.
-        quantity : {"relative", "mass", "shaker"}
-            Whose amplitude is the height.
-        resolution : int
-            Columns of the sheet, and points of each layer in a column (8 to 2000).
-
-        Returns
-        -------
-        ResponseSurface
-
-        Raises
-        ------
-        ValueError
-            If an input is not allowed, or the spring has no cubic part.
-        """
+    def surface(self, **options):
+        """The `ResponseSurface` over frequency and force; ``options`` of `rigsim.theory.surface.response_surface`."""
         from .surface import response_surface  # which is built on this module
 
-        return response_surface(self.parameters, forces, band, force, quantity, resolution)
+        return response_surface(self.parameters, **options)
 
 
 def interval_kind(left, right):

@@ -125,7 +125,7 @@ def level(mu, zeta_s, zeta, Omega0, X, kind):
 
 @inlinable
 def _level_or_limit(mu, zeta_s, zeta, Omega0, X, kind):
-    return X if X == 0.0 or X == math.inf else level(mu, zeta_s, zeta, Omega0, X, kind)
+    return X if X == 0.0 or math.inf == X else level(mu, zeta_s, zeta, Omega0, X, kind)
 
 
 @inlinable

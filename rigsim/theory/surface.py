@@ -44,8 +44,34 @@ class ResponseSurface(Result):
     response: FrequencyResponse
 
 
-def response_surface(parameters, forces, band, force, quantity, resolution):
-    """The `ResponseSurface` of `ForceScenario.surface`, which see."""
+def response_surface(
+    parameters, forces=(0.3, 7.0), band=(12.0, 65.0), *, force=3.18, quantity="relative", resolution=120
+):
+    """The response over frequency and force.
+
+    Parameters
+    ----------
+    parameters : RigParameters or OscillatorParameters
+    forces : (float, float)
+        Least and largest force amplitude (N, above zero).
+    band : (float, float)
+        Least and largest forcing frequency (Hz, above zero).
+    force : float
+        Force (N, within ``forces``) whose response lies on the sheet.
+    quantity : {"relative", "mass", "shaker"}
+        Whose amplitude is the height.
+    resolution : int
+        Columns of the sheet, and points of each layer in a column (8 to 2000).
+
+    Returns
+    -------
+    ResponseSurface
+
+    Raises
+    ------
+    ValueError
+        If an input is not allowed, or the spring has no cubic part.
+    """
     oscillator = oscillator_of(parameters)
     forces = _span("forces", forces, "N")
     band = _span("band", band, "Hz")

@@ -90,7 +90,7 @@ def test_steps_are_as_few_as_accuracy_allows():
 
 
 def test_bad_input_is_named():
-    with pytest.raises(ValueError, match="without wires"):
+    with pytest.raises(ValueError, match="no wires"):
         Flow(OscillatorParameters(1, 1, 0.1, 0.1, 0.01, 1, 1), "exact", 1.0, 1.0, 20)
     with pytest.raises(ValueError, match="law = 'linear'"):
         Flow(RIG, "linear", 1.0, 1.0, 20)

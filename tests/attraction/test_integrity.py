@@ -3,31 +3,31 @@
 import numpy as np
 import pytest
 
-from rigsim import RigParameters, integrity
-from rigsim.attraction.attractors import landscape
+from rigsim import RigParameters, Status, attractors, integrity
 
 RIG = RigParameters()
 
 
 def test_ball_lies_in_the_basin_and_touches_its_rim():
     found = integrity(RIG, 3.18, [30.0, 60.0], "high", samples=512)
-    assert found.status == ("found", "found") and found.neighbour[0] == "low"
+    assert found.status == 2 * (Status.FOUND,) and found.attractors[0].names[found.neighbour[0]] == "low"
     for f, radius, offset, neighbour in zip(found.frequency, found.radius, found.offset, found.neighbour, strict=True):
-        there = landscape(RIG, 3.18, f)
+        there = attractors(RIG, 3.18, f)
         motion = there.find("high").orbit[0]
         scale = np.array([1, 1, 2 * np.pi * f, 2 * np.pi * f])
         np.testing.assert_allclose(np.linalg.norm(offset / scale), radius, rtol=1e-12)
-        assert there.names[there.settle((motion + offset)[None])[0][0]] == neighbour
+        assert there.settle((motion + offset)[None])[0][0] == neighbour
         normal = np.random.default_rng(2).normal(size=(2000, 4))
         inside = normal / np.linalg.norm(normal, axis=1)[:, None] * 0.97 * radius
         label, _ = there.settle(motion + inside * scale)
-        assert (label == there.names.index("high")).mean() > 0.999
+        assert (label == there.find("high").motion).mean() > 0.999
 
 
 def test_missing_motion_is_said():
     found = integrity(RIG, 3.18, [30.0, 70.0], "high", samples=64, starts=64)
     assert np.isfinite(found.radius[0]) and np.isnan(found.radius[1])
-    assert "no motion 'high'" in found.status[1] and "low" in found.status[1]
+    assert found.status == (Status.FOUND, Status.NOT_FOUND) and list(found.motion) == [1, -1]
+    assert "no motion 'high'" in found.message[1] and "low" in found.message[1]
     assert "Integrity of 'high'" in repr(found) and len(found.table()) == 2
     with pytest.raises(ValueError, match="samples = 1"):
         integrity(RIG, 3.18, 30.0, samples=1)

@@ -15,9 +15,9 @@ def taps():
 
 
 def test_no_tap_changes_nothing(taps):
-    assert taps.start == "low" and taps.velocity[20] == 0
+    assert taps.motion == 0 and taps.velocity[20] == 0
     assert taps.reached("low")[20].all()
-    assert {"low", "high", "subharmonic 1/2"} == set(taps.landscape.names)
+    assert {"low", "high", "subharmonic 1/2"} == set(taps.attractors.names)
     # A tap half a period later along -x is the mirror image of the first.
     mirrored = np.roll(taps.label[::-1], 12, axis=1)
     assert (mirrored == taps.label).mean() > 0.99
@@ -27,7 +27,7 @@ def test_surest_tap_is_surrounded_by_its_like(taps):
     row, column = taps.surest("high")
     there = np.roll(taps.reached("high"), 12 - column, axis=1)
     assert 1 < row < 39 and there[row - 2 : row + 3, 10:15].all()
-    with pytest.raises(ValueError, match="attractor = 'middle'"):
+    with pytest.raises(ValueError, match="motion = 'middle'"):
         taps.surest("middle")
 
 
@@ -37,9 +37,9 @@ def test_smallest_tap_is_verified_and_smaller_ones_fail(taps, name):
     assert found.verified and found.spared == 1
     assert abs(found.velocity) <= np.abs(taps.velocity[taps.reached(name).any(axis=1)]).min()
     # By another path: the flow itself, tap by tap.
-    state = taps.landscape.find("low").orbit[0]
-    states, _ = taps.landscape.flow.tapped(state, found.instant, found.velocity * np.array([1, 0.97, 0.9]), 2e-3)
-    reached = [taps.landscape.names[i] for i in taps.landscape.settle(states)[0]]
+    state = taps.attractors.find("low").orbit[0]
+    states, _ = taps.attractors.flow.tapped(state, found.instant, found.velocity * np.array([1, 0.97, 0.9]), 2e-3)
+    reached = [taps.attractors.names[i] for i in taps.attractors.settle(states)[0]]
     assert reached[0] == name and name not in reached[1:]
     tap = found.tap(after=2.99)
     assert tap.time >= 2.99 and tap.velocity == found.velocity
@@ -84,7 +84,7 @@ def test_rig_goes_where_the_map_says_along_the_detached_curve(frequency):
 def test_bad_input_is_named(taps):
     with pytest.raises(ValueError, match="duration = 0 s"):
         tap_map(RIG, 3.18, 30.0, duration=0)
-    with pytest.raises(ValueError, match="attractor = 'none'"):
+    with pytest.raises(ValueError, match="motion = 'none'"):
         taps.reached("none")
     short = tap_map(RIG, 3.18, 30.0, velocity=[0.0, 1e-3], instants=2, starts=64)
     with pytest.raises(ValueError, match="no tap of the map leads to 'high'"):

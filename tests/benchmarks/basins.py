@@ -10,17 +10,17 @@ from numba import njit
 from run import fastest
 from scipy.integrate import solve_ivp
 
-from rigsim import RigParameters, basins
-from rigsim.attraction.attractors import default_box, landscape, quasi_random
+from rigsim import RigParameters, attractors, basins
+from rigsim.attraction.attractors import default_box, quasi_random
 from rigsim.attraction.flow import accurate_flow
 
 FORCE, FREQUENCY, PERIODS = 3.18, 30.0, 10
 
 
 @njit
-def rates(t, y, ms, ks, cs, m, c, k1, k3, stiffness, d, d0, force, omega):
+def rates(t, y, ms, ks, cs, m, c, spring, force, omega):
     """Eqs. (3a, b) with the force of Eq. (1), for SciPy."""
-    z = y[1]
+    z, (stiffness, d, d0, _) = y[1], spring
     length = math.sqrt(z * z + d * d)
     G = c * y[3] + stiffness * z * (z * z + (d - d0) * (d + d0)) / (length * (length + d0))
     shaker = (force * math.cos(omega * t) - cs * y[2] - ks * y[0] - G) / ms
@@ -54,7 +54,7 @@ def measure():
     unit = fastest(lambda: [by_scipy(state, flow, rtol, box) for state in few]) / len(few)
     together = fastest(lambda: flow.advance(states, PERIODS)) / len(states)
     alone = fastest(lambda: [flow.advance(state[None], PERIODS) for state in few]) / len(few)
-    found = landscape(rig, FORCE, FREQUENCY)
+    found = attractors(rig, FORCE, FREQUENCY)
     settled = fastest(lambda: found.settle(states), 3) / len(states)
     whole = fastest(lambda: basins(rig, FORCE, FREQUENCY), 2)
     return [

@@ -9,7 +9,7 @@ from response import FORCE, companions
 from run import fastest
 
 from rigsim import RigParameters
-from rigsim.design.count import classify
+from rigsim.design.count import judge
 
 SETS = 10_000
 
@@ -18,11 +18,11 @@ def measure():
     """Rows (name, value, unit, ratio)."""
     rng = np.random.default_rng(2014)
     mu, zeta_s, zeta, gamma = 10 ** rng.uniform([-4, -4, -4, -6], [0, -0.3, -0.3, 2], (SETS, 4)).T
-    sets = mu, zeta_s, zeta, rng.uniform(0, 2, SETS), gamma
+    sets = np.column_stack([mu, zeta_s, zeta, rng.uniform(0, 2, SETS), gamma])
     matrices = companions(RigParameters(), FORCE, np.linspace(5, 80, 1501))
     unit = fastest(lambda: np.linalg.eigvals(matrices))
-    inner, outer = classify(*sets)
-    seconds = fastest(lambda: classify(*sets), 2)
+    inner, outer = judge(sets)[0].T
+    seconds = fastest(lambda: judge(sets), 2)
     return [
         ("unit: eigvals of companion matrices", 1e3 * unit, "ms", 1),
         ("one set classified", 1e3 * seconds / SETS, "ms", seconds / SETS / unit),

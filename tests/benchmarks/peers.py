@@ -72,7 +72,7 @@ def of_script(script):
 
 def ours():
     """Every curve."""
-    return periodic_orbits(RigParameters(), FORCE, BAND, harmonics=1, law="cubic")
+    return periodic_orbits(RigParameters(), FORCE, BAND, harmonics=1, law="cubic", search="seeds")
 
 
 def pieces_found(points):

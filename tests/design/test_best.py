@@ -7,6 +7,7 @@ from rigsim.design.best import design_for_detached_curve
 from rigsim.design.count import existence_forces
 from rigsim.design.margins import margins
 from rigsim.parameters import RigParameters
+from rigsim.results import Status
 
 RIG = RigParameters()
 
@@ -19,6 +20,7 @@ def test_the_best_force_lies_half_way_between_birth_and_death():
     assert best.start_margin == pytest.approx(1 - low / 3.18, rel=1e-9)
     assert best.parameters == RIG and best.reach == {"force": best.margin}
     assert "force = 4.49" in best.summary()
+    assert best.status is Status.CONVERGED and best.message.endswith("rigs were tried") and best.seed == 2014
     np.testing.assert_allclose(best.table().loc["force", ["before", "best"]].astype(float), [3.18, best.force])
 
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from matplotlib.path import Path
 
-from rigsim.design.charts import existence_chart
+from rigsim.design.charts import _outlines, existence_chart
 from rigsim.design.count import existence_forces
 from rigsim.design.variation import judge_varied, replaced
 from rigsim.parameters import RigParameters
@@ -69,19 +70,42 @@ def test_a_chart_without_any_curve_has_no_boundary():
     assert chart.boundaries == () and (chart.labels == "none").all()
 
 
-def test_closed_boundaries_close_and_saddles_are_told_apart():
-    from rigsim.design.charts import _boundaries
+def test_outlines_close_holes_are_kept_and_what_holds_no_cell_is_left_out():
+    distance = np.full((9, 12), -0.1)
+    distance[1:7, 1:7] = 0.1
+    distance[3:5, 3:5] = -0.1  # a hole
+    distance[4, 9:11] = distance[1, 9] = 0.1  # specks
+    distance[6, 7:12] = 0.1  # a strip that hangs on the square
+    edge = lambda values: np.where(values % 1 < 0.3, np.floor(values), np.ceil(values)).astype(int)  # noqa: E731
+    exists = lambda x, y: distance[edge(y), edge(x)] > 0  # noqa: E731
+    paths = _outlines(distance, exists)
+    curves = [path for path, codes in paths if codes is None]
+    ((area, codes),) = [(path, codes) for path, codes in paths if codes is not None]
+    outer, hole = sorted(curves, key=len, reverse=True)
+    assert (codes == 1).sum() == (codes == 79).sum() == 2
+    assert (hole[0] == hole[-1]).all() and not (outer[0] == outer[-1]).all()  # the strip leaves the chart
+    fractions = np.concatenate(curves) % 1
+    np.testing.assert_allclose(fractions[fractions > 0], 0.3, atol=1e-6)
+    assert {tuple(point) for point in np.concatenate(curves)} <= {tuple(point) for point in area}
 
-    inside = np.zeros((7, 7), dtype=bool)
-    inside[1:3, 1:3] = inside[3:5, 3:5] = True  # two squares that touch at a corner
-    for joined in (True, False):
-        exists = lambda x, y, joined=joined: np.where(  # noqa: E731
-            (x == 2.5) & (y == 2.5), joined, inside[np.rint(y).astype(int), np.rint(x).astype(int)]
-        )
-        paths = _boundaries(inside, exists)
-        assert len(paths) == (1 if joined else 2)
-        assert all((path[0] == path[-1]).all() for path in paths)
-        assert sum(len(path) - 1 for path in paths) == 16
+
+def test_regions_are_what_the_boundaries_enclose(chart):
+    inner = [Path(np.column_stack([r.x, np.log(r.y)]), r.codes) for r in chart.regions if r.kind == "inner"]
+    x, y = (values.ravel() for values in np.meshgrid(chart.x, np.log(chart.y)))
+    within = np.any([path.contains_points(np.column_stack([x, y])) for path in inner], axis=0).reshape(
+        chart.inner.shape
+    )
+    edge = np.zeros(within.shape, dtype=bool)
+    edge[:, [0, -1]] = edge[[0, -1]] = True
+    np.testing.assert_array_equal(within[~edge], (chart.inner > 0)[~edge])
+    assert chart.tolerances is TOLERANCES
+
+
+def test_a_region_that_thins_out_has_no_specks():
+    chart = existence_chart(RIG, 3.18, ("d0", 33.985e-3, 34e-3), ("force", 0.3, 1.0), points=(40, 60))
+    outer = [region for region in chart.regions if region.kind == "outer"]
+    (band,) = outer
+    assert (chart.outer > 0)[:, chart.x < band.x.min()].any()  # single points hit it further on
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rigsim.design import count as module
-from rigsim.design.count import classify, existence_forces, judge
+from rigsim.design.count import existence_forces, judge
 from rigsim.parameters import Nondimensional, RigParameters
 from rigsim.theory.detached import detached_curves, force_scenario
 
@@ -108,27 +108,14 @@ def test_existence_forces_are_those_of_the_scenario():
     assert existence_forces(rig.oscillator.replace(k3=0.0)) == ()
 
 
-def test_shapes_broadcast_and_nothing_is_found_without_cubic_stiffness():
+def test_nothing_is_found_without_cubic_stiffness():
     group = RigParameters().nondimensional(3.18)
-    gamma = group.gamma * np.array([[0.0], [0.5], [1.0], [5.0]])
-    inner, outer = classify(group.mu, group.zeta_s, [group.zeta, 0.4], group.Omega0, gamma)
-    np.testing.assert_array_equal(inner, [[0, 0], [0, 0], [1, 0], [0, 0]])
-    assert outer.shape == (4, 2) and not outer.any()
-    scalar = classify(group.mu, group.zeta_s, group.zeta, group.Omega0, group.gamma)
-    assert [np.shape(part) for part in scalar] == [(), ()] and int(scalar[0]) == 1
+    gammas = group.gamma * np.array([0.0, 0.5, 1.0, 5.0])
+    counts, distances = judge([[group.mu, group.zeta_s, group.zeta, group.Omega0, gamma] for gamma in gammas])
+    np.testing.assert_array_equal(counts, [[0, 0], [0, 0], [1, 0], [0, 0]])
+    assert np.isneginf(distances[0]).all() and np.isfinite(distances[1:]).all()
 
 
-@pytest.mark.parametrize(
-    "changes, message",
-    [
-        ({"mu": -1.0}, r"mu\[0\] = -1 is not allowed"),
-        ({"zeta_s": [0.1, 0.0]}, r"zeta_s\[1\] = 0 is not allowed; expected a finite number above 0"),
-        ({"gamma": [[1.0, np.nan]]}, r"gamma\[0, 1\] = nan"),
-        ({"gamma": [1.0, 2.0], "mu": [0.1, 0.1, 0.1]}, r"mu \(3,\).*do not fit together"),
-    ],
-)
-def test_what_is_not_allowed_is_named(changes, message):
-    with pytest.raises(ValueError, match=message):
-        classify(**({"mu": 0.1, "zeta_s": 0.1, "zeta": 0.1, "Omega0": 0.2, "gamma": 1.0} | changes))
+def test_an_unknown_kind_is_named():
     with pytest.raises(ValueError, match="kind = 'both' is not allowed"):
         existence_forces(RigParameters(), "both")

@@ -68,7 +68,7 @@ def test_a_narrow_gap_is_not_stepped_over(cs, c, m, stretch):
 
 def test_the_papers_rig_hangs_on_micrometres():
     found = margins(RIG, 3.18)
-    first = found.entries[0]
+    first = found[0]
     assert first.name == "d0" and 1.2e-6 < first.up < 1.4e-6  # rounded to 1 um it is uncertain by half of one
     assert 0.028 < found["force"].down / 3.18 < 0.030
     assert found["cs"].down == math.inf and 0.02 < found["cs"].up / RIG.cs < 0.04

@@ -1,11 +1,25 @@
 """The rigs in Chipmunk's Space: order of the leapfrog, energy, independence of neighbours, ends of the road."""
 
+import importlib
+import sys
+from pathlib import Path
+
 import numpy as np
+import pymunk
+import pymunk.batch
 import pytest
 
-from rigsim.model.chipmunk import RigSpace
+from rigsim.model.chipmunk import PYMUNK, RigSpace
 from rigsim.model.excitation import CosineForce, HeldForce, Tap, TapForce
-from rigsim.model.planar import conservative_forces, longest_step, mass_matrix, pack, rest_position, static_equilibrium
+from rigsim.model.planar import (
+    centre_damping,
+    conservative_forces,
+    longest_step,
+    mass_matrix,
+    pack,
+    rest_position,
+    static_equilibrium,
+)
 from rigsim.parameters import RigParameters
 
 RIG = RigParameters()
@@ -176,3 +190,92 @@ def test_a_rig_without_equilibrium_cannot_start_there():
 def test_only_rigs_go_into_a_space():
     with pytest.raises(ValueError, match="expects RigParameters"):
         RigSpace([RIG.oscillator], 5e-5, "rest")
+
+
+def public_loop(parameters, step, frame_force, tap_force):
+    """Positions (steps, n, 4) of the leapfrog driven by pymunk's public calls alone, slowly."""
+    fields = pymunk.batch.BodyFields
+    state = fields.POSITION | fields.ANGLE | fields.VELOCITY | fields.ANGULAR_VELOCITY
+    rigs, wires = pack(parameters)
+    space, read, write = pymunk.Space(), pymunk.batch.Buffer(), pymunk.batch.Buffer()
+    for p in parameters:
+        frame, cylinder = pymunk.Body(p.ms, float("inf")), pymunk.Body(p.m, p.inertia)
+        cylinder.position = rest_position(p)[1], 0.0
+        space.add(frame, cylinder)
+    forces = np.zeros((len(parameters), 2, 3))  # x, y and moment of each body
+    write.set_float_buf(forces.ravel())
+    positions, force, damping = [], np.empty(4), np.empty((4, 4))
+    for k in range(len(tap_force) + 1):
+        read.clear()
+        pymunk.batch.get_space_bodies(space, state, read)
+        bodies = np.frombuffer(read.float_buf()).reshape(-1, 12)
+        positions.append(bodies[:, [0, 6, 7, 8]].copy())
+        if k == len(tap_force):
+            return np.array(positions[1:])
+        for i, p in enumerate(parameters):
+            v = bodies[i, [3, 9, 10, 11]]
+            q = positions[-1][i] + v * step
+            conservative_forces(q, rigs[i], wires[i], force)
+            force[0] += frame_force[k, i]
+            force[1] += tap_force[k, i]
+            if k == 0:
+                force /= 2
+            else:
+                centre_damping(q, v, rigs[i], wires[i], np.diag(mass_matrix(p)).copy(), step, damping, force)
+            forces[i] = (force[0], 0, 0), force[1:]
+        pymunk.batch.set_space_bodies(space, fields.FORCE | fields.TORQUE, write)
+        space.step(step)
+
+
+def test_the_compiled_loop_does_what_public_calls_do_to_the_last_bit():
+    rigs, step = [RIG, ONE_SET, RIG.replace(wire_damping=2.0, rocking_damping=1e-6, tension_only=True)], 5e-5
+    shake, taps = (
+        cosine(3, step, frequency=[20.0, 40.0, 60.0]),
+        TapForce((Tap(0.5, 2e-3, 0.01),) * 3, np.full(3, RIG.m), step),
+    )
+    expected = public_loop(rigs, step, shake.kicks(0, 500), taps.kicks(0, 500))
+    moved = motion(rigs, step, 500, shake, Tap(0.5, 2e-3, 0.01))
+    np.testing.assert_array_equal(moved.shaker, expected[..., 0])
+    np.testing.assert_array_equal(moved.tilt, expected[..., 3])
+    np.testing.assert_array_equal(moved.mass, expected[..., 1] - RIG.LG * np.cos(expected[..., 3]))
+    assert abs(moved.tilt).max() > 0 and abs(moved.mass).max() > 1e-5
+
+
+@pytest.mark.parametrize("wrong", ["fields", "count"])
+def test_a_space_that_public_calls_read_otherwise_is_refused(wrong, monkeypatch):
+    fields, get = pymunk.batch.BodyFields, pymunk.batch.get_space_bodies
+
+    def other(space, wanted, buffer):
+        get(space, wanted if wrong == "count" else wanted ^ fields.POSITION ^ fields.VELOCITY, buffer)
+        if wrong == "count":
+            get(space, wanted, buffer)
+
+    monkeypatch.setattr(pymunk.batch, "get_space_bodies", other)
+    with pytest.raises(RuntimeError, match="lays out its bodies otherwise than rigsim's compiled loop expects"):
+        RigSpace([RIG], 5e-5, "rest")
+
+
+def test_other_versions_of_pymunk_are_refused(monkeypatch):
+    monkeypatch.setattr(pymunk, "version", "7.3.0")
+    monkeypatch.delitem(sys.modules, "rigsim.model.chipmunk")
+    with pytest.raises(ImportError, match=f"pymunk 7.3.0 is not allowed; the multi-body rig expects pymunk=={PYMUNK}"):
+        importlib.import_module("rigsim.model.chipmunk")
+
+
+def test_the_version_allowed_is_the_one_installed_by_set_up():
+    top = Path(__file__).parents[2]
+    assert f'"pymunk=={PYMUNK}"' in (top / "pyproject.toml").read_text()
+    assert f"\npymunk=={PYMUNK} " in (top / "environment.txt").read_text()
+
+
+def test_closed_form_damping_is_the_elimination_s():
+    """The same rig with dampers of next to nothing in its wires takes the general way."""
+    rig = RIG.replace(rocking_damping=3e-6)
+    found = []
+    for damped in (rig, rig.replace(wire_damping=1e-300)):
+        rigs, wires = pack([damped])
+        force, mass = np.array([1.0, -2.0, 0.5, 1e-3]), np.diag(mass_matrix(damped)).copy()
+        q, v = rest_position(rig) + [1e-3, 2e-3, 1e-6, 0.05], np.array([0.3, -0.2, 0.1, 4.0])
+        centre_damping(q, v, rigs[0], wires[0], mass, 5e-5, np.empty((4, 4)), force)
+        found.append(force)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-12)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from rigsim import RigParameters, sine_test, subharmonic_motions, tap_map
-from rigsim.attraction.attractors import closed_orbit, default_box
+from rigsim.attraction.attractors import default_box
 from rigsim.attraction.flow import Flow
+from rigsim.attraction.traps import closed_orbit
 from rigsim.results import Status
 
 RIG = RigParameters()
@@ -79,7 +80,7 @@ def _on_the_rig(frequency, period):
     test = sine_test(RIG, 3.18, frequency, [taps.tap(*place, after=4.0) for place in chosen], duration=9)
     line = frequency / test.subharmonic[:, 1]
     there = (test.status == Status.SUBHARMONIC) & (abs(line - frequency / period) < 0.01 * frequency)
-    return np.abs(test.relative[there]), test.subharmonic[there, 0], taps.landscape.find(name)
+    return np.abs(test.relative[there]), test.subharmonic[there, 0], taps.attractors.find(name)
 
 
 @pytest.mark.parametrize(("frequency", "period"), [(70.0, 2), (74.0, 3)])

@@ -9,7 +9,7 @@ import pytest
 from rigsim import OscillatorParameters, RigParameters, frequency_response
 from rigsim.paper.evidence import Evidence
 from rigsim.paper.ledger import ledger
-from rigsim.paper.printed import PRINTED
+from rigsim.paper.printed import PRINTED, printed
 from rigsim.paper.rows import ROWS
 from rigsim.paper.rows.response import amplitude_equation
 from rigsim.paper.rows.rig import fitted_amplitude
@@ -159,6 +159,29 @@ def test_bad_input():
     with pytest.raises(ValueError, match="evidence is of"):
         ledger(RIG.replace(c=0.1), evidence=evidence)
     assert "record" not in vars(evidence)  # nothing runs before it is asked for
+    assert evidence.table() is None and evidence.summary().endswith("run so far: nothing")
+    assert "record" not in vars(evidence)
+
+
+def test_evidence_tells_what_has_been_run(paper):
+    evidence = paper.evidence
+    assert repr(evidence) == evidence.summary() and "record, readings, experiment" in evidence.summary()
+    table = evidence.table()
+    assert table.loc["record", "result"] == evidence.record.summary()
+    assert {f'reading "{name}"' for name in ("all", "force", "none")} <= set(table.index)
+
+
+def test_is_a_sequence_of_its_rows(paper):
+    assert paper[0] is next(iter(paper)) and len(paper) == len(paper.table())
+    assert "[N/m]" in paper.only("Eq. (2)")._repr_html_()
+
+
+def test_printed_numbers_are_the_papers():
+    assert printed("Table 1", "ks") == 1.88e4 and printed("Fig. 3", "mean k3") == 1.38e8
+    with pytest.raises(ValueError, match=r"section = 'Table 9' is not allowed; expected .*Table 1"):
+        printed("Table 9", "ks")
+    with pytest.raises(ValueError, match=r"symbol = 'k9' is not allowed; expected .*ks"):
+        printed("Table 1", "k9")
 
 
 def test_unknown_row(paper):

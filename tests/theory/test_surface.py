@@ -12,7 +12,7 @@ RIG = RigParameters()
 
 @pytest.mark.parametrize("quantity", ["shaker", "mass", "relative"])
 def test_points_of_the_sheet_are_solutions_of_their_layer(quantity):
-    surface = force_scenario(RIG).surface((0.3, 7.0), (9.0, 65.0), quantity=quantity, resolution=12)
+    surface = force_scenario(RIG).surface(band=(9.0, 65.0), quantity=quantity, resolution=12)
     frequency = surface.frequency  # the first has no folds
     tried = 0
     for number, (force, amplitude) in enumerate(surface.layers):
@@ -32,7 +32,7 @@ def test_points_of_the_sheet_are_solutions_of_their_layer(quantity):
 def test_fold_lines_pass_through_the_folds():
     for fold in folds(RIG, 3.18):
         # The first of the columns is where the fold is.
-        surface = force_scenario(RIG).surface((0.3, 7.0), (fold.frequency, 150.0), resolution=8)
+        surface = force_scenario(RIG).surface(band=(fold.frequency, 150.0), resolution=8)
         force, amplitude = surface.lines[0 if fold.kind == "lower" else 1]
         assert force[0] == pytest.approx(3.18, rel=1e-6)
         assert amplitude[0] == pytest.approx(1e3 * abs(fold.relative), rel=1e-5)

@@ -2,48 +2,39 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from ...parameters import OscillatorParameters
 from ..printed import PRINTED, printed
 
 
 @dataclass(frozen=True)
-class Number:
-    """A printed number: ``compute(evidence)`` gives ours; ``cause``, text or a function too, says why they differ."""
+class Entry:
+    """A claim in words, or a printed number; ``cause``, text or a function of the evidence, says why it does not hold.
+
+    ``compute(evidence)`` gives a claim's verdict ("yes", "partly", "no") and what was found, or our number.
+    """
 
     section: str
     item: str
-    unit: str
-    printed: str
     compute: Callable
     cause: str | Callable = ""
-
-
-@dataclass(frozen=True)
-class Claim:
-    """A claim in words: ``compute(evidence)`` gives a verdict ("yes", "partly", "no") and what was found."""
-
-    section: str
-    claim: str
-    compute: Callable
-    cause: str | Callable = ""
+    printed: str = ""
+    unit: str = ""
 
 
 def numbers(section, compute, names=None, causes=None):
-    """A `Number` for each symbol of a printed table; ``compute(evidence, symbol)``."""
+    """An `Entry` for each symbol of a printed table; ``compute(evidence, symbol)``."""
+    names, causes = names or {}, causes or {}
     return [
-        Number(
-            section, (names or {}).get(symbol, symbol), unit, text, lambda e, s=symbol: compute(e, s),
-            (causes or {}).get(symbol, ""),
-        )
-        for symbol, (text, unit) in PRINTED[section].items()
-    ]  # fmt: skip
+        number(section, symbol, names.get(symbol, symbol), partial(compute, symbol=symbol), causes.get(symbol, ""))
+        for symbol in PRINTED[section]
+    ]
 
 
 def number(section, symbol, item, compute, cause=""):
-    """A further way to compute a number that is printed once."""
-    text, unit = PRINTED[section][symbol]
-    return Number(section, item, unit, text, compute, cause)
+    """An `Entry` for a printed number under a name of its own."""
+    return Entry(section, item, compute, cause, *PRINTED[section][symbol])
 
 
 def percent(value, digits=2):

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...model.oscillator import oscillator_modes
 from ..printed import PRINTED, printed
-from .entry import Claim, number, numbers, percent, printed_oscillator
+from .entry import Entry, number, numbers, percent, printed_oscillator
 
 
 def _with(e, **changes):
@@ -159,9 +159,9 @@ ROWS = (
         "Fig. 3", "mean k3", "mean k3, the right reading, over 5-100 Hz", lambda e: e.right.nonlinear_mean((5, 100)),
         "z^3 was never held between samples: read without the hold it gives the k3 of Eq. (2), at every frequency",
     ),
-    Claim("Fig. 3", "the mean is very close to the nominal value", _near_nominal),
-    Claim("Fig. 3", "the coefficient hardly depends on frequency", _flat),
-    Claim("Fig. 3", "its imaginary part is an order of magnitude smaller", _imaginary),
+    Entry("Fig. 3", "the mean is very close to the nominal value", _near_nominal),
+    Entry("Fig. 3", "the coefficient hardly depends on frequency", _flat),
+    Entry("Fig. 3", "its imaginary part is an order of magnitude smaller", _imaginary),
     *numbers(
         "Table 3", _mode, _MODE_NAMES, {"fn2": _second_mode_cause, "zeta2": _second_damping_cause},
     ),
@@ -183,18 +183,18 @@ ROWS = (
         lambda e: oscillator_modes(printed_oscillator(e)).damping[1],
     ),
     *numbers(
-        "Table 4", lambda e, s: getattr(e.paper.parameters, s),
+        "Table 4", lambda e, symbol: getattr(e.paper.parameters, symbol),
         causes={
             "ks": _ks_cause,
             "cs": "the paper's estimate lies further from Table 1 than ours",
             "k1": "the paper's estimate lies further from Eq. (2) than ours; its own Table 3 does not follow from it",
         },
     ),
-    Claim("Table 4", "largest error below 0.06 %, by the printed tables", _table_4_error, _table_4_cause),
-    Claim("Table 4", "largest error below 0.06 %, by ours in the paper's reading", lambda e: our_error(e, "all")),
-    Claim("Table 4", "largest error below 0.06 %, by ours in the right reading", lambda e: our_error(e, "force")),
-    Claim("Table 4", "Eq. (9) as printed gives these parameters", _as_printed_9,
+    Entry("Table 4", "largest error below 0.06 %, by the printed tables", _table_4_error, _table_4_cause),
+    Entry("Table 4", "largest error below 0.06 %, by ours in the paper's reading", lambda e: our_error(e, "all")),
+    Entry("Table 4", "largest error below 0.06 %, by ours in the right reading", lambda e: our_error(e, "force")),
+    Entry("Table 4", "Eq. (9) as printed gives these parameters", _as_printed_9,
           "the force was held between samples, which Eq. (9) as printed ignores: H has to be read through the hold"),
-    Claim("Fig. 4", "estimated and fitted receptances cannot be told apart", _overlaid),
-    Claim("Fig. 5", "the singular values fall after the fourth", _jump),
+    Entry("Fig. 4", "estimated and fitted receptances cannot be told apart", _overlaid),
+    Entry("Fig. 5", "the singular values fall after the fourth", _jump),
 )  # fmt: skip

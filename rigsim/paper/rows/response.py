@@ -4,7 +4,7 @@ import numpy as np
 
 from ...parameters import Nondimensional
 from ...theory.detached import detached_curves, force_scenario
-from .entry import Claim, number, numbers, percent, printed_oscillator
+from .entry import Entry, number, numbers, percent, printed_oscillator
 
 _RANDOM_SETS = 2000
 
@@ -108,7 +108,7 @@ def _quasi_zero(e):
 
 ROWS = (
     *numbers(
-        "Table 5", lambda e, s: getattr(e.theory.nondimensional(e.force), s),
+        "Table 5", lambda e, symbol: getattr(e.theory.nondimensional(e.force), symbol),
         causes={"zeta_s": "truncated, not rounded; see the next row"},
     ),
     number(
@@ -116,12 +116,12 @@ ROWS = (
         lambda e: printed_oscillator(e).nondimensional(e.force).zeta_s,
         "truncated, not rounded",
     ),
-    Claim("Section 2.2", "three solutions, or one, by the sign of the discriminant", _discriminant_rule),
-    Claim("Section 2.2", "of three solutions two are stable and one is not", _two_of_three_stable,
+    Entry("Section 2.2", "three solutions, or one, by the sign of the discriminant", _discriminant_rule),
+    Entry("Section 2.2", "of three solutions two are stable and one is not", _two_of_three_stable,
           "at large amplitudes the main curve is unstable too, by the same multipliers"),
-    Claim("Fig. 6", "there is one closed detached curve, an inner one", _detached),
-    Claim("Fig. 6", "it lies inside the main curve of z and of x", _inside_which),
-    Claim("Fig. 6", "this force is one at which an inner curve exists", _margin),
-    Claim("Fig. 6", "it appears in particular with quasi-zero stiffness", _quasi_zero,
+    Entry("Fig. 6", "there is one closed detached curve, an inner one", _detached),
+    Entry("Fig. 6", "it lies inside the main curve of z and of x", _inside_which),
+    Entry("Fig. 6", "this force is one at which an inner curve exists", _margin),
+    Entry("Fig. 6", "it appears in particular with quasi-zero stiffness", _quasi_zero,
           "a little linear stiffness helps here: with k1 = 0 the curve is born at a larger force"),
 )  # fmt: skip

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...model.wires import cubic_law_error, suspension_force
 from ..printed import printed
-from .entry import Claim, numbers, percent
+from .entry import Entry, numbers, percent
 
 
 def _conditions(e, symbol):
@@ -82,15 +82,15 @@ def _slightly_tightened(e):
 
 
 ROWS = (
-    *numbers("Table 1", lambda e, s: e.rig.wire_stiffness.mean() if s == "k" else getattr(e.rig, s)),
-    *numbers("Table 2", lambda e, s: e.rig.LG / e.rig.Lm if s == "LG/Lm" else getattr(e.rig, s)),
-    *numbers("Eq. (2)", lambda e, s: getattr(e.rig, s), causes={"k3": _k3_cause}),
-    Claim("Eq. (2)", "k1 = 8k(1 - d0/d) and k3 = 4k d0/d^3 are the Taylor coefficients of Eq. (1)", _taylor),
-    Claim(
+    *numbers("Table 1", lambda e, symbol: e.rig.wire_stiffness.mean() if symbol == "k" else getattr(e.rig, symbol)),
+    *numbers("Table 2", lambda e, symbol: e.rig.LG / e.rig.Lm if symbol == "LG/Lm" else getattr(e.rig, symbol)),
+    *numbers("Eq. (2)", lambda e, symbol: getattr(e.rig, symbol), causes={"k3": _k3_cause}),
+    Entry("Eq. (2)", "k1 = 8k(1 - d0/d) and k3 = 4k d0/d^3 are the Taylor coefficients of Eq. (1)", _taylor),
+    Entry(
         "Eq. (2)", "k1 = 28.235 N/m, five digits, follows from Table 2", _k1_range,
         "d0 is printed to a micrometre, and k1 rests on d - d0 = 3 µm",
     ),
-    Claim("Eq. (2)", "the cubic law is good enough for the motions tested", _cubic_error),
-    Claim("Eq. (2)", "the wires are only slightly tightened", _slightly_tightened),
+    Entry("Eq. (2)", "the cubic law is good enough for the motions tested", _cubic_error),
+    Entry("Eq. (2)", "the wires are only slightly tightened", _slightly_tightened),
     *numbers("Tests", _conditions),
 )  # fmt: skip

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...results import Status
 from ..printed import printed
-from .entry import Claim, percent
+from .entry import Entry, percent
 
 _LIMIT = printed("Claims", "harmonics") / 100
 _THIRD = "the cubic stiffness makes a third harmonic that grows with the amplitude of z, so on the higher branch"
@@ -103,29 +103,29 @@ def _reached(e):
 
 
 ROWS = (
-    Claim("Fig. 6", "three seconds are enough for the transient", _settled,
+    Entry("Fig. 6", "three seconds are enough for the transient", _settled,
           "the suspended mass is lightly damped; those tests were run again for six seconds"),
-    Claim("Fig. 6", "from rest the rig settles on the lower branch of the detached curve",
+    Entry("Fig. 6", "from rest the rig settles on the lower branch of the detached curve",
           lambda e: _share(e, lambda t: t["from rest"], "low", _on_detached), _EDGE),
-    Claim("Fig. 6", "a light tap then takes it to the higher branch",
+    Entry("Fig. 6", "a light tap then takes it to the higher branch",
           lambda e: _share(e, lambda t: t["light tap"], "high", _on_detached),
           "where one tap does not do it, another size or another instant of the period may"),
-    Claim("Fig. 6", "from rest it settles on the lower branch wherever there are several",
+    Entry("Fig. 6", "from rest it settles on the lower branch wherever there are several",
           lambda e: _share(e, lambda t: t["from rest"], "low", _several), _EDGE),
-    Claim("Fig. 6", "a tap takes it to the higher branch wherever there are several",
+    Entry("Fig. 6", "a tap takes it to the higher branch wherever there are several",
           lambda e: _share(e, lambda t: ~t["from rest"], "high", _several),
           "taps of four sizes at four instants were tried there: above the detached curve the rig ends in subharmonic "
           "motions or falls back"),
-    Claim("Fig. 6", "rig and analytic solution agree, lower branch", lambda e: _agreement(e, ["low"])),
-    Claim("Fig. 6", "rig and analytic solution agree, higher branch", lambda e: _agreement(e, ["high"]),
+    Entry("Fig. 6", "rig and analytic solution agree, lower branch", lambda e: _agreement(e, ["low"])),
+    Entry("Fig. 6", "rig and analytic solution agree, higher branch", lambda e: _agreement(e, ["high"]),
           "the third harmonic, which single-term theory leaves out"),
-    Claim("Fig. 6", "rig and analytic solution agree where there is one", lambda e: _agreement(e, ["only"])),
-    Claim("Fig. 6", "every stable solution can be reached", _reached,
+    Entry("Fig. 6", "rig and analytic solution agree where there is one", lambda e: _agreement(e, ["only"])),
+    Entry("Fig. 6", "every stable solution can be reached", _reached,
           "stability about the single-term orbit is not that of the rig's own motion; and close to its end, hardly any "
           "start leads to the low side of the detached curve"),
-    Claim("Section 4", "harmonics of the shaker xs below 5 %", lambda e: _harmonics(e, "shaker"), _ABSORBED),
-    Claim("Section 4", "harmonics of the mass x below 5 %", lambda e: _harmonics(e, "mass"), _THIRD),
-    Claim("Section 4", "harmonics of the relative displacement z below 5 %", lambda e: _harmonics(e, "z"), _THIRD),
-    Claim("Section 4", "no lower harmonics", _lower_harmonics,
+    Entry("Section 4", "harmonics of the shaker xs below 5 %", lambda e: _harmonics(e, "shaker"), _ABSORBED),
+    Entry("Section 4", "harmonics of the mass x below 5 %", lambda e: _harmonics(e, "mass"), _THIRD),
+    Entry("Section 4", "harmonics of the relative displacement z below 5 %", lambda e: _harmonics(e, "z"), _THIRD),
+    Entry("Section 4", "no lower harmonics", _lower_harmonics,
           "subharmonic motions that the single-term theory does not know; a tap can start them"),
 )  # fmt: skip

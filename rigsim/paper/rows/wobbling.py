@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .entry import Claim
+from .entry import Entry
 from .identification import our_error
 
 
@@ -59,9 +59,9 @@ def _gravity_harmless(e):
 
 
 ROWS = (
-    Claim("Section 1", "two sets reduce the tilt under gravity", _tilt),
-    Claim("Section 1", "two sets take the rocking mode out of the way", _rocking_mode),
-    Claim("Section 1", "two sets reduce the wobbling in motion", _tilt_in_motion),
-    Claim("Section 1", "with one set, some branches are not observed", _single_set_misses),
-    Claim("Conclusions", "gravity does not spoil the estimates", _gravity_harmless),
+    Entry("Section 1", "two sets reduce the tilt under gravity", _tilt),
+    Entry("Section 1", "two sets take the rocking mode out of the way", _rocking_mode),
+    Entry("Section 1", "two sets reduce the wobbling in motion", _tilt_in_motion),
+    Entry("Section 1", "with one set, some branches are not observed", _single_set_misses),
+    Entry("Conclusions", "gravity does not spoil the estimates", _gravity_harmless),
 )  # fmt: skip

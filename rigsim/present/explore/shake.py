@@ -108,7 +108,7 @@ class _ShakePicture:
             for name in (*BRANCHES, "only", "elsewhere")
         }
         (self.unsettled,) = left.plot([], [], "x", color=BLACK, markersize=7, **look, label="rig: not settled")
-        (self.last,) = left.plot([], [], "o", color=BLACK, markersize=4, **look, label="last test")
+        (self.last,) = left.plot([], [], "o", color=BLACK, markersize=2.5, **look, label="last test")
         self.right = right
         right.set(yscale="log", xlim=(0, 120), ylim=(1e-6, 10), xlabel="frequency [Hz]", ylabel="amplitude [mm]")
         right.set_title("spectrum of z, last second")

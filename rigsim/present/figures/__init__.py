@@ -1,6 +1,6 @@
 """Figures, a file for each domain; the names here are those that results forward `.plot()` to."""
 
-from .basins import basins_figure, integrity_figure, tap_map_figure
+from .basins import attractors_figure, basins_figure, integrity_figure, tap_map_figure
 from .design import design_figure, existence_chart_figure, margins_figure, tolerance_study_figure
 from .identification import (
     identification_figure,
@@ -23,32 +23,10 @@ from .surface import response_surface_figure
 from .wire_law import wire_law_figure
 
 __all__ = [
-    "basins_figure",
-    "integrity_figure",
-    "tap_map_figure",
-    "branches_figure",
-    "design_figure",
-    "detached_curves_figure",
-    "distortion_figure",
-    "existence_chart_figure",
-    "force_scenario_figure",
-    "frequency_response_figure",
-    "harmonics_figure",
-    "identification_figure",
-    "margins_figure",
-    "modes_figure",
-    "nonlinear_coefficient_figure",
-    "orbits_figure",
-    "receptance_figure",
-    "record_figure",
-    "response_surface_figure",
-    "rig_figure",
-    "sine_test_figure",
-    "singular_value_figure",
-    "readings_figure",
-    "spectrum_figure",
-    "statics_figure",
-    "subharmonics_figure",
-    "tolerance_study_figure",
-    "wire_law_figure",
-]
+    "attractors_figure", "basins_figure", "branches_figure", "design_figure", "detached_curves_figure",
+    "distortion_figure", "existence_chart_figure", "force_scenario_figure", "frequency_response_figure",
+    "harmonics_figure", "identification_figure", "integrity_figure", "margins_figure", "modes_figure",
+    "nonlinear_coefficient_figure", "orbits_figure", "readings_figure", "receptance_figure", "record_figure",
+    "response_surface_figure", "rig_figure", "sine_test_figure", "singular_value_figure", "spectrum_figure",
+    "statics_figure", "subharmonics_figure", "tap_map_figure", "tolerance_study_figure", "wire_law_figure",
+]  # fmt: skip

@@ -1,12 +1,27 @@
 """Figures of periodic orbits: the frequency response with every piece, its stability and its special points."""
 
 import numpy as np
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from ...orbits.periodic_orbits import OrbitBranch
-from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, RIG, SKY, STABLE, UNSTABLE, style, subplots
+from ...orbits.branches import OrbitBranch
+from .style import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PANELS,
+    PURPLE,
+    RED,
+    RIG,
+    SKY,
+    STABLE,
+    UNSTABLE,
+    as_tuple,
+    legend,
+    log_scale,
+    style,
+    subplots,
+)
 
-_PANELS = (("shaker", "shaker $x_s$"), ("mass", "suspended mass $x$"), ("relative", "relative $z = x_s - x$"))
 _COLORS = (BLUE, GREEN, PURPLE, SKY)
 _MARKS = {
     "fold": ("D", "k"),
@@ -16,7 +31,7 @@ _MARKS = {
 }
 
 
-def orbits_figure(branches, *, beside=None, circles=None, circles_label="multi-body rig", axes=None):
+def orbits_figure(result, *, ax=None, beside=(), circles=None, circles_label="multi-body rig"):
     """Amplitudes at the forcing frequency over frequency, every piece in its colour.
 
     Stable orbits are solid, unstable ones dashed, by the Floquet multipliers of the converged orbits. Folds and changes
@@ -24,84 +39,57 @@ def orbits_figure(branches, *, beside=None, circles=None, circles_label="multi-b
 
     Parameters
     ----------
-    branches : OrbitBranch or sequence of OrbitBranch
-    beside : FrequencyResponse, optional
+    result : PeriodicOrbits or OrbitBranch
+    ax : sequence of three matplotlib.axes.Axes, optional
+        Drawn into instead of a new figure.
+    beside : FrequencyResponse or sequence of them, optional
         Single-term theory, drawn thin and grey.
     circles : tuple of four (k,) array_like, optional
         Frequency (Hz), shaker, mass and relative amplitudes (m, complex or real) drawn as circles.
     circles_label : str
-    axes : sequence of three matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure; legend and text alternative are then the caller's.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    branches = (branches,) if isinstance(branches, OrbitBranch) else tuple(branches)
+    branches = (result,) if isinstance(result, OrbitBranch) else tuple(result)
     if not branches:
-        raise ValueError("branches = () is not allowed; expected at least one OrbitBranch")
+        raise ValueError("result holds no branches; expected at least one")
     with style():
-        new = axes is None
-        if new:
-            figure, axes = subplots(3, 1, alt=_alt(branches), height=8.6, sharex=True)
-        else:
-            figure = axes[0].figure
-        for panel, ((name, title), ax) in enumerate(zip(_PANELS, axes, strict=True)):
-            if beside is not None:
-                for piece in beside.pieces:
-                    label = None if piece is not beside.pieces[0] else "single-term theory"
-                    ax.plot(piece.frequency, 1e3 * abs(getattr(piece, name)), color=GREY, linewidth=0.9, label=label)
-            named = set()
+        figure, axes = subplots(3, 1, alt=_alt(branches), ax=ax, height=8.6, sharex=True)
+        for panel, ((name, title), one) in enumerate(zip(PANELS, axes, strict=True)):
+            for theory in as_tuple(beside):
+                for piece in theory.pieces:
+                    height = 1e3 * abs(getattr(piece, name))
+                    one.plot(piece.frequency, height, color=GREY, linewidth=0.9, label="single-term theory")
             for number, branch in enumerate(branches):
-                _curve(ax, branch, name, _COLORS[number % len(_COLORS)], named)
+                _curve(one, branch, name, _COLORS[number % len(_COLORS)])
             if circles is not None:
                 height = 1e3 * np.abs(circles[1 + panel])
-                ax.plot(circles[0], height, color="k", markersize=4, label=circles_label, **RIG)
-            ax.set_yscale("log")
-            ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-            ax.yaxis.set_minor_formatter(NullFormatter())
-            ax.set_ylabel("amplitude (mm)")
-            ax.set_title(f"({'abc'[panel]}) {title}", loc="left")
-        axes[-1].set_xlabel("frequency (Hz)")
+                one.plot(circles[0], height, color="k", markersize=4, label=circles_label, **RIG)
+            log_scale(one, (1, 2, 5))
+            one.set_ylabel("amplitude [mm]")
+            one.set_title(f"({'abc'[panel]}) {title}", loc="left")
+        axes[-1].set_xlabel("frequency [Hz]")
         _frequencies(axes[-1], [point for branch in branches for point in branch.special_points])
-        if new:
-            figure.align_ylabels(axes)
-            handles, names = axes[-1].get_legend_handles_labels()
-            unique = dict(zip(names, handles, strict=True))
-            title = "stability: Floquet multipliers of the converged orbits"
-            figure.legend(unique.values(), unique, title=title, loc="outside lower center", ncols=3)
+        figure.align_ylabels(axes)
+        legend(axes, ax=ax, title="stability: Floquet multipliers of the converged orbits", columns=3)
         return figure
 
 
-def _curve(ax, branch, name, color, named):
+def _curve(axes, branch, name, color):
     """A curve in runs of equal stability, its special points, and its inside if it is closed."""
-    amplitude, stable = 1e3 * abs(getattr(branch, name)[:, branch.period]), branch.stable
-    what = _title(branch)
+    amplitude = 1e3 * abs(getattr(branch, name)[:, branch.period])
     if branch.closed:
-        ax.fill(branch.frequency, amplitude, color=ORANGE, alpha=0.25, linewidth=0, label="detached curve")
-    for run in np.split(np.arange(stable.size), np.flatnonzero(np.diff(stable)) + 1):
-        solid = bool(stable[run[0]])
-        label = f"{what}, {'stable' if solid else 'unstable'}"
-        reach = np.append(run, run[-1] + 1) if run[-1] + 1 < stable.size else run  # no gap to the next run
+        axes.fill(branch.frequency, amplitude, color=ORANGE, alpha=0.25, linewidth=0, label="detached curve")
+    for run, solid in branch.runs:
+        label = f"{_title(branch)}, {'stable' if solid else 'unstable'}"
         key = STABLE if solid else UNSTABLE
-        ax.plot(branch.frequency[reach], amplitude[reach], color=color, label=None if label in named else label, **key)
-        named.add(label)
+        axes.plot(branch.frequency[run], amplitude[run], color=color, label=label, **key)
     for point in branch.special_points:
         marker, edge = _MARKS[point.kind]
-        label = None if point.kind in named else point.kind
-        named.add(point.kind)
-        height = 1e3 * abs(getattr(point, name))
-        ax.plot(
-            point.frequency,
-            height,
-            marker,
-            color=edge,
-            markerfacecolor="w",
-            markersize=5,
-            label=label,
-            linestyle="none",
-        )
+        look = {"color": edge, "markerfacecolor": "w", "markersize": 5, "linestyle": "none"}
+        axes.plot(point.frequency, 1e3 * abs(getattr(point, name)), marker, label=point.kind, **look)
 
 
 def _frequencies(ax, points):
@@ -137,12 +125,14 @@ def _alt(branches):
     )
 
 
-def harmonics_figure(result):
+def harmonics_figure(result, *, ax=None):
     """Error of the orbits, and shift of the special points, over the number of harmonics.
 
     Parameters
     ----------
     result : HarmonicsWorth
+    ax : sequence of two matplotlib.axes.Axes, optional
+        Drawn into instead of a new figure.
 
     Returns
     -------
@@ -154,11 +144,11 @@ def harmonics_figure(result):
         f"and the largest shift of a special point in hertz, from {result.shift[0]:.1e} to {result.shift[-1]:.1e}."
     )
     with style():
-        figure, axes = subplots(1, 2, alt=alt, height=3.4)
+        figure, axes = subplots(1, 2, alt=alt, ax=ax, height=3.4)
         for column, (label, marker, color) in enumerate((("$x_s$", "o", BLUE), ("$x$", "s", GREEN), ("$z$", "^", RED))):
             axes[0].semilogy(result.harmonics, result.error[:, column], marker=marker, color=color, label=label)
         axes[0].set(xlabel="harmonics", ylabel="largest relative error")
         axes[0].legend()
         axes[1].semilogy(result.harmonics, result.shift, "o-", color="k")
-        axes[1].set(xlabel="harmonics", ylabel="largest shift of a special point (Hz)")
+        axes[1].set(xlabel="harmonics", ylabel="largest shift of a special point [Hz]")
         return figure

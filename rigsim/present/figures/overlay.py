@@ -46,7 +46,7 @@ def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
         If the band is not two ascending frequencies.
     """
     theory = overlay.theory(band)
-    beside = None if nominal is None else overlay.theory(band, nominal)
+    beside = () if nominal is None else overlay.theory(band, nominal)
     low, high = theory.frequency[[0, -1]]
     names = np.concatenate(overlay.branch)
     at = np.concatenate([test.frequency for test in overlay.tests])
@@ -63,7 +63,7 @@ def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
     with style():
         figure, grid = subplots(3, 1, alt=alt, ax=ax, height=9.6, sharex=True)
         told = {"label": "theory", "beside": beside, "beside_label": "nominal theory"}
-        frequency_response_figure(theory, ax=grid, **told)
+        frequency_response_figure(theory, ax=grid, key=False, **told)
         for axes, quantity in zip(grid, _QUANTITIES, strict=True):
             amplitude = 1e3 * np.concatenate([abs(getattr(test, quantity)) for test in overlay.tests])
             for name in reversed(counts):

@@ -2,9 +2,23 @@
 
 import numpy as np
 
-from .style import BLUE, GREY, ORANGE, PURPLE, RIG, SKY, STABLE, UNSTABLE, legend, log_scale, style, subplots
+from .style import (
+    BLUE,
+    GREY,
+    ORANGE,
+    PANELS,
+    PURPLE,
+    SKY,
+    STABLE,
+    UNSTABLE,
+    as_tuple,
+    legend,
+    log_scale,
+    outer_labels,
+    style,
+    subplots,
+)
 
-_PANELS = (("shaker", "shaker $x_s$"), ("mass", "suspended mass $x$"), ("relative", "relative $z = x_s - x$"))
 _SHADES = {"inner": ORANGE, "outer": PURPLE, "hysteresis": SKY}
 
 
@@ -15,8 +29,7 @@ def frequency_response_figure(
     label="single-term theory",
     beside=(),
     beside_label=None,
-    circles=None,
-    circles_label="multi-body rig",
+    key=True,
 ):
     """Amplitudes of shaker, mass and relative displacement over frequency, in the layout of the paper's Fig. 6.
 
@@ -33,10 +46,8 @@ def frequency_response_figure(
     beside : FrequencyResponse or sequence of them, optional
         Other responses, drawn thin and grey, with the name ``beside_label``.
     beside_label : str, optional
-    circles : tuple of four (k,) array_like, optional
-        Frequency (Hz), shaker, mass and relative amplitudes (m, complex or real) drawn as circles, with the name
-        ``circles_label``; NaN leaves a circle out.
-    circles_label : str
+    key : bool
+        Whether to draw the legend.
 
     Returns
     -------
@@ -48,24 +59,21 @@ def frequency_response_figure(
         If the shaker is undamped, since curves cannot then be joined.
     """
     with style():
-        figure, axes = subplots(3, 1, alt=_response_alt(result, circles is not None), ax=ax, height=8.2, sharex=True)
-        for panel, ((name, title), one) in enumerate(zip(_PANELS, axes, strict=True)):
-            for other in beside if isinstance(beside, (tuple, list)) else (beside,):
+        figure, axes = subplots(3, 1, alt=_response_alt(result), ax=ax, height=8.2, sharex=True)
+        low, high = result.frequency.min(), result.frequency.max()
+        for panel, ((name, title), one) in enumerate(zip(PANELS, axes, strict=True)):
+            for other in as_tuple(beside):
                 _curves(one, other, name, GREY, beside_label, linewidth=1.0)
             _shade(one, result, name)
             _curves(one, result, name, BLUE, label)
-            if circles is not None:
-                height = 1e3 * np.abs(circles[1 + panel])
-                one.plot(circles[0], height, color="k", markersize=4, label=circles_label, **RIG)
             log_scale(one, (1, 2, 5))
-            one.set_ylabel("amplitude [mm]")
+            one.set(xlabel="frequency [Hz]", ylabel="amplitude [mm]")
             one.set_title(f"({'abc'[panel]}) {title}", loc="left")
-        low, high = result.frequency.min(), result.frequency.max()
-        if low < high:
-            axes[-1].set_xlim(low, high)
-        axes[-1].set_xlabel("frequency [Hz]")
-        figure.align_ylabels(axes)
-        legend(axes, ax=ax, title="stability: Floquet multipliers about the single-term orbit, as in the paper")
+            if low < high:
+                one.set_xlim(low, high)
+        outer_labels(axes, ax=ax)
+        if key:
+            legend(axes, ax=ax, title="stability: Floquet multipliers about the single-term orbit, as in the paper")
         return figure
 
 
@@ -109,19 +117,18 @@ def _shade(axes, response, name):
             axes.fill(piece.frequency, amplitude, color=_SHADES[piece.kind], alpha=0.3, linewidth=0, label=text)
 
 
-def _response_alt(result, circles):
+def _response_alt(result):
     low, high = result.frequency.min(), result.frequency.max()
     parts = [
         f"{piece.kind} detached curve from {piece.frequency.min():.1f} to {piece.frequency.max():.1f} hertz"
         for piece in result.pieces
         if piece.closed
     ]
-    text = (
+    return (
         f"Three stacked plots of amplitude in millimetres, logarithmic, over frequency from {low:g} to {high:g} hertz "
         f"at {result.force:g} newtons: shaker, suspended mass and relative displacement. Stable solutions are solid "
         f"lines, unstable ones dashed. Closed detached curves: {'; '.join(parts) if parts else 'none in this band'}."
     )
-    return text + (" Circles are the multi-body rig." if circles else "")
 
 
 def force_scenario_figure(result, *, ax=None, force=None, band=(5.0, 120.0)):

@@ -59,9 +59,9 @@ def rig_parts(parameters, coordinates, exaggeration=1.0):
         points = np.asarray(points, dtype=float)
         return points + np.stack([xs, np.zeros_like(xs)], axis=-1)[..., None, :]
 
-    wires = pack([parameters])[1][0][: 4 * parameters.wire_sets]
+    wires = pack([parameters])[1][0][: 3 * parameters.wire_sets]
     planar = wires[wires["hidden"] == 0]
-    across = wires[wires["hidden"] > 0][::2]
+    across = wires[wires["hidden"] > 0]
     frame_pins = on_frame(np.column_stack([planar["anchor_x"], planar["anchor_y"]]))
     mass_pins = on_mass(planar["along"] + parameters.LG, planar["across"])
     ends = parameters.LG + parameters.Lm / 2 * np.array([-1, 1, 1, -1])

@@ -33,6 +33,9 @@ MOTIONS = {
 }
 OTHERS = (YELLOW, BLUE, BLACK)
 
+# The panels of Fig. 6: a field of results, and its name.
+PANELS = (("shaker", "shaker $x_s$"), ("mass", "suspended mass $x$"), ("relative", "relative $z = x_s - x$"))
+
 # The paper's key (Fig. 6).
 STABLE = {"linestyle": "-"}
 UNSTABLE = {"linestyle": "--"}
@@ -103,15 +106,6 @@ def style():
     """Apply the house style inside a ``with`` block; global settings stay as they were."""
     with matplotlib.rc_context(_RC):
         yield
-
-
-def log_scale(axes, ticks=(1,), which="y"):
-    """A logarithmic x or y axis with plain numbers at ``ticks`` of each decade."""
-    axes.set(**{f"{which}scale": "log"})
-    axis = getattr(axes, f"{which}axis")
-    axis.set_major_locator(LogLocator(subs=ticks))
-    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_formatter(NullFormatter())
 
 
 def subplots(rows=1, columns=1, *, alt, ax=None, width=7.5, height=None, **options):
@@ -221,5 +215,5 @@ def legend(axes, *, ax=None, columns=2, loc="outside lower center", inside=True,
     if ax is None:
         panels[0].figure.legend(keys.values(), keys.keys(), loc=loc, ncols=columns, **options)
     else:
-        below = {} if inside else {"loc": "upper center", "bbox_to_anchor": (0.5, -0.25)}
-        panels[-1].legend(keys.values(), keys.keys(), **below, **options)
+        place = {} if inside else {"loc": "upper center", "bbox_to_anchor": (0.5, -0.25)}
+        panels[-1].legend(keys.values(), keys.keys(), **{"fontsize": "small"} | place | options)

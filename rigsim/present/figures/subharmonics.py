@@ -2,15 +2,13 @@
 
 import numpy as np
 
-from ...parameters import oscillator_of
-from ...theory.amplitude import frequency_response
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, STABLE, UNSTABLE, style, subplots
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, STABLE, UNSTABLE, legend, style, subplots
 
 _COLORS = {2: ORANGE, 3: GREEN}
 _MARKERS = {2: "s", 3: "^"}
 
 
-def subharmonics_figure(result):
+def subharmonics_figure(result, *, ax=None):
     """Curves of period 2 and 3 with the single-term response: their line at f above, their tell-tale line below.
 
     Stable motions are solid and unstable ones dashed (converged orbits); folds are diamonds, markers are motions that
@@ -20,15 +18,14 @@ def subharmonics_figure(result):
     Parameters
     ----------
     result : Subharmonics
+    ax : sequence of two matplotlib.axes.Axes, optional
+        Drawn into instead of a new figure.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    reach = [result.frequency.min(), result.frequency.max()]
-    for family in result.families:
-        reach += [family.branch.frequency.min(), family.branch.frequency.max()]
-    low, high = min(reach) - 2, max(reach) + 2
+    low, high = result.band
     told = "; ".join(
         f"period {one.period} from {one.branch.frequency.min():.1f} to {one.branch.frequency.max():.1f} hertz"
         for one in result.families
@@ -39,14 +36,12 @@ def subharmonics_figure(result):
         f"response, and the strongest line below it. Curves of subharmonic motions: {told or 'none'}."
     )
     with style():
-        figure, (top, bottom) = subplots(2, 1, alt=alt, height=7.2, sharex=True)
-        response = frequency_response(oscillator_of(result.parameters), result.force, np.linspace(low, high, 400))
-        for number, piece in enumerate(response.pieces):
-            text = None if number else "single-term response"
-            top.plot(piece.frequency, 1e3 * np.abs(piece.relative), color=GREY, linewidth=1.0, label=text)
-        named = set()
+        figure, (top, bottom) = subplots(2, 1, alt=alt, ax=ax, height=7.2, sharex=True)
+        for piece in result.response.pieces:
+            look = {"color": GREY, "linewidth": 1.0, "label": "single-term response"}
+            top.plot(piece.frequency, 1e3 * np.abs(piece.relative), **look)
         for family in result.families:
-            _curve(top, bottom, family, named)
+            _curve(top, bottom, family)
         for period in sorted({one.period for one in result.motions}):
             met = [one for one in result.motions if one.period == period]
             f = [one.frequency for one in met]
@@ -57,30 +52,24 @@ def subharmonics_figure(result):
             bottom.plot(f, [1e3 * one.giveaway[1] for one in met], **look)
         top.set_title("(a) line of z at the force's frequency", loc="left")
         bottom.set_title("(b) strongest line of z off its multiples", loc="left")
-        for ax in (top, bottom):
-            ax.set(ylabel="amplitude (mm)", yscale="log")
-            ax.yaxis.set_major_formatter("{x:g}")
-        bottom.set(xlabel="frequency of the force (Hz)", xlim=(low, high))
-        figure.legend(loc="outside lower center", ncols=3)
+        for axes in (top, bottom):
+            axes.set(ylabel="amplitude [mm]", yscale="log")
+            axes.yaxis.set_major_formatter("{x:g}")
+        bottom.set(xlabel="frequency of the force [Hz]", xlim=(low, high))
+        legend((top, bottom), ax=ax, columns=3)
         return figure
 
 
-def _curve(top, bottom, family, named):
-    """A family in both panels, as runs of equal stability; ``named`` are the labels in the legend so far."""
-    branch, period = family.branch, family.period
+def _curve(top, bottom, family):
+    """A family in both panels, as runs of equal stability."""
+    branch, period, color = family.branch, family.period, _COLORS[family.period]
     below = np.abs(branch.relative)
     below[:, ::period] = 0.0
     heights = 1e3 * np.abs(branch.relative[:, period]), 1e3 * below.max(axis=1)
-    color = _COLORS[period]
-    for run in np.split(np.arange(branch.stable.size), np.flatnonzero(np.diff(branch.stable)) + 1):
-        solid = bool(branch.stable[run[0]])
-        end = slice(run[0], run[-1] + 2)
-        text = f"period {period}, {'stable' if solid else 'unstable'}"
-        label = None if text in named else text
-        named.add(text)
-        for ax, height in zip((top, bottom), heights, strict=True):
-            ax.plot(branch.frequency[end], height[end], color=color, label=label, **(STABLE if solid else UNSTABLE))
-            label = None
     at = list(branch.folds)
-    for ax, height in zip((top, bottom), heights, strict=True):
-        ax.plot(branch.frequency[at], height[at], "D", color=color, markersize=4.5)
+    for axes, height in zip((top, bottom), heights, strict=True):
+        for run, solid in branch.runs:
+            label = f"period {period}, {'stable' if solid else 'unstable'}"
+            key = STABLE if solid else UNSTABLE
+            axes.plot(branch.frequency[run], height[run], color=color, label=label, **key)
+        axes.plot(branch.frequency[at], height[at], "D", color=color, markersize=4.5)

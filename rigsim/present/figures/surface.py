@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from .style import BLACK, BLUE, GREY, ORANGE, RED, SKY, legend, log_scale, style, subplots
-
-_TITLES = {"shaker": "shaker $x_s$", "mass": "suspended mass $x$", "relative": "relative $z = x_s - x$"}
+from .style import BLACK, BLUE, GREY, ORANGE, PANELS, RED, SKY, legend, log_scale, style, subplots
 
 
 def response_surface_figure(result, *, ax=None, **options):
@@ -61,7 +59,7 @@ def response_surface_figure(result, *, ax=None, **options):
         sheet.set_zlim(0, np.nanmax([height for _, height in surface.layers]))
         sheet.view_init(24, -118)
         sheet.set_box_aspect((1.5, 1.2, 0.9), zoom=1.1)
-        sheet.set_title(f"(a) {_TITLES[surface.quantity]}", loc="left")
+        sheet.set_title(f"(a) {dict(PANELS)[surface.quantity]}", loc="left")
         three = {"color": ORANGE, "alpha": 0.35, "linewidth": 0, "label": "three solutions, the middle one unstable"}
         minus, plus = surface.lines[1][0], surface.lines[0][0]
         lower.fill_between(frequency, minus, plus, where=plus > minus, **three)

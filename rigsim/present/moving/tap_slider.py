@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ... import checks
 from ..figures.basins import motion_colors
 from ..figures.style import BLACK
 from .plot import Curve, MovingPlot, Panel
@@ -38,18 +37,15 @@ def tap_slider(taps, instant=0.0, *, velocity=None, periods=24, **options):
     ValueError
         If an argument is not allowed.
     """
-    instant = checks.real("instant", instant, low=0.0, high=1.0)
-    periods = checks.integer("periods", periods, low=1)
-    found = taps.landscape
-    velocity = np.linspace(0, taps.velocity.max(), 33) if velocity is None else checks.array("velocity", velocity)
-    states, _ = found.flow.tapped(found.find(taps.start).orbit[0], instant, velocity, taps.duration)
-    label, _ = found.settle(states)
-    colors = motion_colors(found.attractors)
+    found, names = taps.attractors, taps.attractors.names
+    velocity = np.linspace(0, taps.velocity.max(), 33) if velocity is None else np.asarray(velocity, dtype=float)
+    label, paths = taps.paths(instant, velocity, periods, _SAMPLES)
+    colors = motion_colors(found)
     time = np.arange(periods * _SAMPLES) / _SAMPLES
     over_time, once_a_period = [], []
-    for path, reached in zip(found.flow.trace(states, periods, _SAMPLES), label, strict=True):
+    for path, reached in zip(paths, label, strict=True):
         color = colors[reached] if reached >= 0 else BLACK
-        told = f"leads to '{found.names[reached]}'" if reached >= 0 else "leads nowhere"
+        told = f"leads to '{names[reached]}'" if reached >= 0 else "leads nowhere"
         z, speed = 1e3 * path[:, 1], path[:, 3]
         over_time.append([Curve(time, z, "line", told, color)])
         peaks = slice(None, None, _SAMPLES)
@@ -60,22 +56,21 @@ def tap_slider(taps, instant=0.0, *, velocity=None, periods=24, **options):
             ]
         )
     lasting = tuple(
-        Curve(1e3 * one.orbit[:, 1], one.orbit[:, 3], "point", f"motion '{one.name}'", color)
-        for one, color in zip(found.attractors, colors, strict=True)
+        Curve(1e3 * one.orbit[:, 1], one.orbit[:, 3], "point", f"motion '{name}'", color)
+        for one, name, color in zip(found, names, colors, strict=True)
         if one.period
     )
     panels = (
         Panel(over_time, "forcing periods after the tap", "relative displacement z [mm]"),
         Panel(once_a_period, "z [mm]", "z' [m/s]", "seen at peaks of the force", fixed=lasting),
     )
-    names = [found.names[i] if i >= 0 else "nothing that lasts" for i in label]
-    flow = found.flow
+    reached = [names[i] if i >= 0 else "nothing that lasts" for i in label]
     alt = (
-        f"Two plots that follow the size of a tap on the motion {taps.start} at {flow.frequency:g} hertz: relative "
-        f"displacement in millimetres over {periods} forcing periods, and the same path once a period in the plane of "
-        "displacement and velocity. " + "; ".join(_runs(velocity, names)) + "."
+        f"Two plots that follow the size of a tap on the motion {names[taps.motion]} at {found.flow.frequency:g} "
+        f"hertz: relative displacement in millimetres over {periods} forcing periods, and the same path once a period "
+        "in the plane of displacement and velocity. " + "; ".join(_runs(velocity, reached)) + "."
     )
-    notes = [f"This tap leads to '{name}'." for name in names]
+    notes = [f"This tap leads to '{name}'." for name in reached]
     options = {"width": 9.5, "height": 4.2} | options
     return MovingPlot("Tap", velocity, "m/s", panels, alt=alt, notes=notes, **options)
 

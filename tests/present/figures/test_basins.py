@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 from rigsim import RigParameters, basins, integrity, smallest_tap, tap_map
 from rigsim.present.figures.basins import motion_colors
@@ -25,7 +26,7 @@ def test_basins_figure_shows_its_labels():
     wanted = np.array([to_rgb(color) for color in motion_colors(found.attractors)])
     np.testing.assert_allclose(colors, wanted[found.label])
     assert "low" in figure.alt and "per cent" in figure.alt and "30 hertz" in figure.alt
-    assert "(mm)" in ax.get_xlabel() and "(m/s)" in ax.get_ylabel()
+    assert "[mm]" in ax.get_xlabel() and "[m/s]" in ax.get_ylabel()
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == [
         f"{one.name}: {share:.1%} of the box" for one, share in zip(found.attractors, found.share, strict=True)
@@ -39,13 +40,15 @@ def test_tap_map_marks_the_smallest(taps):
     (point,) = ax.lines
     assert point.get_xdata() == [marked.instant] and point.get_ydata() == [marked.velocity]
     assert f"{marked.velocity:.3g} m/s" in figure.alt
-    assert len(taps.plot().axes[0].lines) == 0
+    ax = Figure().subplots()
+    assert taps.plot(ax=ax) is ax.figure and not ax.lines and len(ax.images) == 1
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == taps.attractors.names
 
 
 def test_motions_keep_their_colours(taps):
     colors = motion_colors(taps.attractors)
     assert len(set(colors)) == len(colors)
-    by_name = dict(zip(taps.landscape.names, colors, strict=True))
+    by_name = dict(zip(taps.attractors.names, colors, strict=True))
     other = basins(RIG, 3.18, 30.0, pixels=3, samples=16, starts=64)
     for one, color in zip(other.attractors, motion_colors(other.attractors), strict=True):
         assert by_name[one.name] == color

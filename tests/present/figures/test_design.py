@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from rigsim import RigParameters, design_for_detached_curve, existence_chart, margins, tolerance_study
@@ -23,7 +24,7 @@ def test_a_chart_shows_boundaries_rig_and_box():
     )
     figure = chart.plot()
     (ax,) = figure.axes
-    assert ax.get_yscale() == "log" and ax.get_xlabel() == "d0 (µm)"
+    assert ax.get_yscale() == "log" and ax.get_xlabel() == "d0 [µm]"
     lines = [line for line in ax.lines if line.get_linestyle() == "-"]
     assert len(lines) == len(chart.boundaries)
     np.testing.assert_allclose(lines[0].get_xdata(), 1e6 * chart.boundaries[0].x)
@@ -46,7 +47,7 @@ def test_margins_name_the_move_in_the_builders_unit():
     (ax,) = figure.axes
     bars = [patch for patch in ax.patches if patch.get_height() < 0.5]
     assert len(bars) == 2 * len(found) and ax.get_xscale() == "log"
-    first = found.entries[0]
+    first = found[0]
     assert f"+{1e6 * first.up:.3g} µm" in texts(figure) and texts(figure).count("never lost") == 2
     right = bars[1].get_x() + bars[1].get_width()
     assert right == pytest.approx(100 * first.up / first.value)
@@ -70,3 +71,14 @@ def test_a_design_shows_its_profiles():
     curve = ax.lines[0]
     np.testing.assert_array_equal(curve.get_ydata(), best.profiles["force"][1])
     assert ax.lines[2].get_xdata() == [pytest.approx(best.force)] and "force ± 100 %" in figure.get_suptitle()
+
+
+def test_every_figure_draws_into_a_users_axes():
+    study = tolerance_study(RIG, 3.18, {"cs": "5 %", "d0": 1e-6}, samples=50)
+    best = design_for_detached_curve(RIG, 3.18, {"force": (2.5, 7.0)})
+    chart = existence_chart(RIG, 3.18, "c", "cs", points=(9, 9))
+    for result, panels in ((study, 2), (best, 1), (chart, 1), (margins(RIG, 3.18, names=["force", "cs"]), 1)):
+        figure = Figure()
+        axes = figure.subplots(1, panels)
+        assert result.plot(ax=axes) is figure and len(figure.axes) == panels and not figure.legends
+        assert all(axis.get_legend() for axis in figure.axes)

@@ -58,4 +58,4 @@ def test_the_frame_holds_its_pins_and_moves_with_xs():
     np.testing.assert_allclose(abs(frame_pins[:, 1]), RIG.Rm + RIG.d)
     assert all(np.isclose(rest["frame"][:, 1], y).any() for y in frame_pins[:, 1]), "pins lie on the frame's inner edge"
     np.testing.assert_allclose(rest["hidden"][:, 0], RIG.set_positions)
-    assert len(pack([SINGLE])[1][0]) == 8 and rig_parts(SINGLE, rest_position(SINGLE))["pins"].shape == (4, 2)
+    assert len(pack([SINGLE])[1][0]) == 6 and rig_parts(SINGLE, rest_position(SINGLE))["pins"].shape == (4, 2)

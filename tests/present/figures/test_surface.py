@@ -23,7 +23,7 @@ def test_the_figure_shows_both_fold_lines_and_the_detached_curve():
     assert sum(isinstance(line, Line3D) for line in sheet.lines) == len(sheet.lines) >= 4
     (solid,) = [line for line in lower.lines if "gamma_+" in line.get_label()]
     force = np.asarray(solid.get_ydata())
-    born, died = existence_forces(RIG)[0]
+    _, died = existence_forces(RIG)[0]
     below = np.asarray(solid.get_xdata()) < 50
     assert np.nanmax(force[below]) == pytest.approx(died, rel=2e-3)  # the hump's top is the curve's death
     assert figure.svg().startswith("<svg role=")
