@@ -10,7 +10,7 @@ def calls():
     return {
         "single-term responses": lambda: rigsim.frequency_response(rig, force, [frequency]).stable,
         "existence charts": lambda: rigsim.existence_chart(rig, force, "c", "cs", points=(3, 3)),
-        "periodic orbits": lambda: rigsim.periodic_orbits(rig, force, band=(20, 40)),
+        "periodic orbits": lambda: [branch.special_points for branch in rigsim.periodic_orbits(rig, 16.0, (48, 58))],
         "basins": lambda: rigsim.basins(rig, force, frequency),
         "sine tests": lambda: rigsim.sine_test(rig, force, frequency, tap=rigsim.Tap(time=0.1), duration=1),
         "linear modes": lambda: rigsim.linear_modes(rig),

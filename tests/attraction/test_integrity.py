@@ -31,3 +31,16 @@ def test_missing_motion_is_said():
     assert "Integrity of 'high'" in repr(found) and len(found.table()) == 2
     with pytest.raises(ValueError, match="samples = 1"):
         integrity(RIG, 3.18, 30.0, samples=1)
+
+
+def test_an_undecided_state_ends_the_ball(monkeypatch):
+    """Beyond a tenth of a millimetre nothing is trapped: the radius is that, and no motion is named."""
+
+    def far_is_lost(found, states):
+        offset = (states - found[1].orbit[0]) / np.array([1, 1, 60 * np.pi, 60 * np.pi])
+        return found, np.where(np.linalg.norm(offset, axis=1) > 1e-4, -1, 1)
+
+    monkeypatch.setattr("rigsim.attraction.integrity.settle_and_learn", far_is_lost)
+    found = integrity(RIG, 3.18, 30.0, "high", samples=64, starts=64)
+    assert found.status == (Status.FOUND,) and found.message == ("",) and list(found.neighbour) == [-1]
+    assert 1e-4 < found.radius[0] < 1.3e-4 and found.table()["beyond it"][0] == ""

@@ -18,14 +18,15 @@ FIRST = [
     new_code_cell(
         "import sys\n\nimport ipywidgets\nimport numpy as np\nimport pandas as pd\nfrom tqdm.auto import tqdm\n\n"
         "from rigsim.present.figures.style import style, subplots\n"
-        "from rigsim.present.moving.plot import Curve, MovingPlot, Panel, Shape, animate"
+        "from rigsim.present.moving.plot import Curve, MovingPlot, Panel\n"
+        "from rigsim.present.moving.shapes import Shape, animate"
     ),
     new_markdown_cell("## Figures"),
     new_code_cell(
         "print('printed')\nprint('warned', file=sys.stderr)\n[None for _ in tqdm(range(3), desc='counting')]\n"
         "with style():\n"
         "    figure, axes = subplots(alt='A straight line that rises')\n"
-        "    axes.plot([0, 1], [0, 1])\n    axes.set(xlabel='time (s)', ylabel='x (mm)', title='Line')\n"
+        "    axes.plot([0, 1], [0, 1])\n    axes.set(xlabel='time [s]', ylabel='x [mm]', title='Line')\n"
         "figure"
     ),
     new_code_cell(
@@ -38,7 +39,7 @@ FIRST = [
         "    ratio = frequency / 50\n    size = scale * force / np.hypot(1 - ratio**2, 0.1 * ratio)\n"
         "    return [Curve(frequency, size, 'stable', 'stable'),\n"
         "            Curve(frequency, 3 * size, 'unstable', 'unstable')][: 1 + (force > 3)]\n\n\n"
-        "panels = [Panel([curves(force, scale) for force in forces], 'frequency (Hz)', f'{name} (mm)', yscale='log')\n"
+        "panels = [Panel([curves(force, scale) for force in forces], 'frequency [Hz]', f'{name} [mm]', yscale='log')\n"
         "          for name, scale in [('xs', 1), ('x', 2), ('z', 3)]]\n"
         "notes = [f'{1 + (force > 3)} curves' for force in forces]\n"
         "MovingPlot('Force', forces, 'N', panels, alt='Response that grows with the force', notes=notes)"
