@@ -193,10 +193,10 @@ def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmoni
     lines = abs(equations.lines(x[None])[3][0])
     if period != 2 and lines[::2].max() < _ROUNDING * lines.max():
         symmetric = balance(parameters, force, harmonics, law, period, symmetric=True)
-        x = symmetric.unknowns(frequency, equations.lines(x[None])[3][0])
-        again, _, tangent_there = correct_at(*symmetric.system, x, x[-1], 10, 0.3)
+        mirrored = symmetric.unknowns(frequency, equations.lines(x[None])[3][0])
+        again, _, tangent_there = correct_at(*symmetric.system, mirrored, mirrored[-1], 10, 0.3)
         if again:
-            equations, tangent = symmetric, tangent_there
+            equations, x, tangent = symmetric, mirrored, tangent_there
     return _branch(equations, parameters, law, *_curve(equations, x, tangent, low, high))
 
 

@@ -44,5 +44,5 @@ def test_pieces_and_points_are_counted(worth):
 def test_a_kind_of_point_that_few_harmonics_do_not_have_is_infinitely_far():
     worth = harmonics_worth(RIG, 20.0, (30, 80), (1, 2, 3))
     assert np.isinf(worth.shift).all()  # where the period doubles
-    assert worth.pieces.tolist() == [2, 3, 2] and worth.points.tolist() == [2, 2, 4]
+    assert worth.pieces.tolist() == [len(periodic_orbits(RIG, 20.0, (30, 80), count)) for count in (1, 2, 3)]
     np.testing.assert_allclose(worth.error[0], worth.error[1], rtol=1e-9)  # even lines are none on symmetric orbits

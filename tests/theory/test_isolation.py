@@ -39,6 +39,8 @@ def test_exactly_the_distinct_positive_roots_are_found(roots, extra):
         [(1, 10**20), (10**20, 1)],
         [(2, 7), (2, 7), (5, 3)],
         [(1, 1), (1, 1), (1, 1)],
+        [(1, 1), (2047, 2049)],  # t = 1/2 ends the interval that holds the other
+        [(1, 3), (255, 769), (257, 767)],  # t = 1/4, and a 1024th to either side
     ],
 )
 def test_hard_roots(roots):
