@@ -9,15 +9,7 @@ from ...experiment.random_test import random_test
 from ...identification.identify import identify
 from ..figures.rig_parts import SETS, only_rigs
 from ..figures.style import BLACK, BLUE, GREY, ORANGE, style, subplots
-from .controls import (
-    PAPERS_RIG,
-    reset_label,
-    sets_choice,
-    slider,
-    stretch_slider,
-    with_sets,
-    with_stretch,
-)
+from .controls import PAPERS_RIG, reset_label, sets_choice, slider, stretch_slider, with_sets, with_stretch
 from .live import LivePanel
 
 _TEST_SHARE = 0.5  # of the progress bar
