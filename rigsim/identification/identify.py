@@ -332,8 +332,8 @@ def _reading_doubts(hold, model, weight, frequency, values, misfit, unexplained)
     for name, (other, swapped) in readings.items():
         extended = nsi.extended_receptance(model, frequency, other)
         # z changes its sign with the channels.
-        seen_so = (extended[:, ::-1] * [1, -1], weight[:, ::-1]) if swapped else (extended, weight)
-        left[name] = _fit(frequency, *seen_so)[2]
+        channels = (extended[:, ::-1] * [1, -1], weight[:, ::-1]) if swapped else (extended, weight)
+        left[name] = _fit(frequency, *channels)[2]
     best = min(left, key=left.get)
     hint = "check the hold and the order of the channels"
     if left[best] < misfit / 4:
