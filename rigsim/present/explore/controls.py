@@ -45,6 +45,6 @@ def reset_label(parameters):
 
 
 def changed(parameters, stretch, sets=None, **others):
-    """The rig with its wires cut so that they are stretched by ``stretch`` (µm), on one set or two of the same k1 and k3."""
+    """The rig with wires cut so that they are stretched by ``stretch`` (µm), on one set or two of the same k1, k3."""
     rig = parameters.replace(d0=parameters.d - 1e-6 * stretch, **others)
     return rig.single_set() if sets == 1 else rig.double_set() if sets == 2 else rig

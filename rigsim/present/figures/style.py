@@ -184,7 +184,7 @@ def marks(axes, frequency, amplitude, look, filled=False, **options):
 
 
 def legend(axes, *, ax=None, columns=2, loc="outside lower center", inside=True, **options):
-    """One key for all panels, each label once: outside our own figure, or at the last of ``ax`` that the user handed in.
+    """One key for all panels, each label once: outside our own figure, or at the last ``ax`` that the user handed in.
 
     ``columns`` and ``loc`` are those of the key outside, ``inside`` says whether the user's axes have room for it (else
     it stands below them), and further options are passed on to matplotlib's ``legend``.
