@@ -81,7 +81,8 @@ def _parser():
 
     lab = add(
         "lab", _lab, "open the notebooks in JupyterLab",
-        "Starts JupyterLab in notebooks/. Any other argument goes to JupyterLab (--no-browser, --port=8899 ...).", passes_on=True,
+        "Starts JupyterLab in notebooks/. Any other argument goes to JupyterLab (--no-browser, --port=8899 ...).",
+        passes_on=True,
     )  # fmt: skip
     lab.add_argument("notebook", nargs="?", help=f"the notebook to open, {named}")
 
