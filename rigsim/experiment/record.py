@@ -73,11 +73,9 @@ class Record(Result):
             values = getattr(self, name)
             if values is None and name == "tilt":
                 continue
-            channel = np.array(checks.array(name, values, unit, min_size=2))
-            if channel.size != np.size(self.force):
-                raise ValueError(
-                    f"{name} has {channel.size} samples; expected {np.size(self.force)}, as many as the force"
-                )
+            channel, n = np.array(checks.array(name, values, unit, min_size=2)), np.size(self.force)
+            if channel.size != n:
+                raise ValueError(f"{name} has {channel.size} samples; expected {n}, as many as the force")
             channel.flags.writeable = False
             set_field(name, channel)
         set_field("sample_rate", checks.positive("sample_rate", self.sample_rate, "Hz"))
@@ -161,24 +159,14 @@ class Record(Result):
         return np.fft.rfftfreq(part.size, 1 / self.sample_rate), 2 * np.abs(lines) / window.sum()
 
     def strongest_line(self, channel, band):
-        """Frequency (Hz) and amplitude (zero to peak) of the strongest single sine of a channel.
+        """Frequency (Hz) and amplitude (zero to peak) of the strongest single sine of a channel within a band.
 
         Parameters
         ----------
         channel : str
-            One of `channels`, or "relative".
+            One of `channels`, or "relative"; `ValueError` if there is no such channel.
         band : pair of float
-            Where to look (Hz).
-
-        Returns
-        -------
-        tuple of float
-            The amplitude is 0 where the band holds no frequency.
-
-        Raises
-        ------
-        ValueError
-            If there is no such channel.
+            Where to look (Hz); the amplitude is 0 where it holds no frequency.
         """
         return strongest_lines(self.time, self._signal(channel), band)[0]
 
@@ -204,7 +192,7 @@ class Record(Result):
             If the suffix is neither.
         """
         path = Path(path)
-        write = _format(path, _WRITERS)
+        _, write = _format(path)
         temporary = path.with_name(f".{path.stem}-{uuid4().hex}{path.suffix}")
         try:
             write(self, temporary)
@@ -235,7 +223,7 @@ class Record(Result):
             or two, or its values are not allowed.
         """
         path = Path(path)
-        read = _format(path, _READERS)
+        read, _ = _format(path)
         details, channels = read(path)
         for name in ("force", "shaker", "mass"):
             if name not in channels:
@@ -255,8 +243,7 @@ class Record(Result):
                 f"{path} does not say what the force did between samples; expected hold in its first line or as an "
                 f"argument, one of {', '.join(map(repr, HOLDS))}"
             )
-        tested = _tested(path, details.pop("parameters", None))
-        return cls(**channels, **details, parameters=tested)
+        return cls(**channels, **details | {"parameters": _tested(path, details.get("parameters"))})
 
 
 def _rate_of(path, time, said):
@@ -281,7 +268,6 @@ def _tested(path, values):
         return None
     if not isinstance(values, dict):
         raise ValueError(f"parameters in {path} = {values!r} is not allowed; expected an object with a kind")
-    values = dict(values)
     kind = _KINDS[checks.one_of(f"kind of parameters in {path}", values.pop("kind", None), tuple(_KINDS))]
     known = {item.name: item for item in fields(kind)}
     for name in values:
@@ -317,9 +303,8 @@ def _read_csv(path):
             raise ValueError(f"{path} cannot be read as a record: {error}") from None
     names = [name.strip() for name in next(csv.reader([names], skipinitialspace=True), [])]
     if not first.startswith("#") or not isinstance(details, dict) or len(names) != values.shape[1]:
-        raise ValueError(
-            f"{path} is not a record; expected a line # {{...}}, a line of channel names and as many columns"
-        )
+        expected = "a line # {...}, a line of channel names and as many columns"
+        raise ValueError(f"{path} is not a record; expected {expected}")
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{path} names the channel {name} {names.count(name)} times; expected each once")
@@ -352,9 +337,8 @@ def _read_netcdf(path):
     return details, channels
 
 
-_WRITERS = {".csv": _write_csv, ".nc": _write_netcdf}
-_READERS = {".csv": _read_csv, ".nc": _read_netcdf}
+_FORMATS = {".csv": (_read_csv, _write_csv), ".nc": (_read_netcdf, _write_netcdf)}
 
 
-def _format(path, formats):
-    return formats[checks.one_of(f"suffix of {path.name}", path.suffix.lower(), tuple(formats))]
+def _format(path):
+    return _FORMATS[checks.one_of(f"suffix of {path.name}", path.suffix.lower(), tuple(_FORMATS))]
