@@ -1,7 +1,5 @@
-"""`Record`: the channels of a test, and the two plain file formats they travel in."""
+"""`Record`: the channels of a test, and what any file of them must say."""
 
-import csv
-import json
 import os
 from dataclasses import MISSING, asdict, dataclass, fields, replace
 from pathlib import Path
@@ -11,6 +9,7 @@ import numpy as np
 
 from .. import checks, parameters
 from ..results import Result
+from .formats import FORMATS
 from .lines import strongest_lines
 
 HOLDS = ("zero", "linear", "band-limited")
@@ -192,10 +191,10 @@ class Record(Result):
             If the suffix is neither.
         """
         path = Path(path)
-        _, write = _format(path)
+        write = _format(path).write
         temporary = path.with_name(f".{path.stem}-{uuid4().hex}{path.suffix}")
         try:
-            write(self, temporary)
+            write(temporary, _details(self), {"time": self.time} | self.channels)
             os.replace(temporary, path)
         except BaseException:
             temporary.unlink(missing_ok=True)
@@ -223,8 +222,7 @@ class Record(Result):
             or two, or its values are not allowed.
         """
         path = Path(path)
-        read, _ = _format(path)
-        details, channels = read(path)
+        details, channels = _format(path).read(path)
         for name in ("force", "shaker", "mass"):
             if name not in channels:
                 raise ValueError(f"{path} has no channel {name}; expected force, shaker and mass")
@@ -286,59 +284,5 @@ def _details(record):
     return {name: value for name, value in details.items() if value is not None}
 
 
-def _write_csv(record, path):
-    channels = record.channels
-    header = f"# {json.dumps(_details(record))}\n{','.join(channels)}"
-    np.savetxt(path, np.column_stack(list(channels.values())), fmt="%.17g", delimiter=",", header=header, comments="")
-
-
-def _read_csv(path):
-    # Spreadsheets put a byte order mark first.
-    with open(path, encoding="utf-8-sig", newline="") as file:
-        try:
-            first, names = file.readline(), file.readline()
-            details = json.loads(first.removeprefix("#"))
-            values = np.loadtxt(file, delimiter=",", quotechar='"', ndmin=2)
-        except ValueError as error:
-            raise ValueError(f"{path} cannot be read as a record: {error}") from None
-    names = [name.strip() for name in next(csv.reader([names], skipinitialspace=True), [])]
-    if not first.startswith("#") or not isinstance(details, dict) or len(names) != values.shape[1]:
-        expected = "a line # {...}, a line of channel names and as many columns"
-        raise ValueError(f"{path} is not a record; expected {expected}")
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"{path} names the channel {name} {names.count(name)} times; expected each once")
-    return details, dict(zip(names, values.T, strict=True))
-
-
-def _write_netcdf(record, path):
-    import xarray as xr
-
-    variables = {name: ("time", values, {"units": UNITS[name]}) for name, values in record.channels.items()}
-    time = ("time", record.time, {"units": "s"})
-    dataset = xr.Dataset(variables, coords={"time": time}, attrs={"rigsim_record": json.dumps(_details(record))})
-    dataset.to_netcdf(path, engine="h5netcdf")
-
-
-def _read_netcdf(path):
-    import xarray as xr
-
-    try:
-        # decode_times would turn a time in seconds into calendar differences.
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
-            details = json.loads(dataset.attrs.get("rigsim_record", "null"))
-            channels = {str(name): dataset[name].values for name in dataset.data_vars}
-    except FileNotFoundError:
-        raise
-    except (OSError, ValueError, TypeError) as error:
-        raise ValueError(f"{path} cannot be read as a record: {' '.join(str(error).split())}") from None
-    if not isinstance(details, dict):
-        raise ValueError(f"{path} is not a record; expected an attribute rigsim_record")
-    return details, channels
-
-
-_FORMATS = {".csv": (_read_csv, _write_csv), ".nc": (_read_netcdf, _write_netcdf)}
-
-
 def _format(path):
-    return _FORMATS[checks.one_of(f"suffix of {path.name}", path.suffix.lower(), tuple(_FORMATS))]
+    return FORMATS[checks.one_of(f"suffix of {path.name}", path.suffix.lower(), tuple(FORMATS))]
