@@ -48,16 +48,10 @@ class Basins(Result):
         """`pandas.DataFrame`: a row a motion, with its size and its share."""
         import pandas as pd
 
+        shares = 100 * np.array([self.share, self.share_low, self.share_high]).T
         rows = [
-            (
-                one.motion,
-                one.name,
-                one.period or "none",
-                1e3 * one.amplitude,
-                100 * share,
-                f"{100 * low:.2f} to {100 * high:.2f}",
-            )
-            for one, share, low, high in zip(self.attractors, self.share, self.share_low, self.share_high, strict=True)
+            (one.motion, one.name, one.period or "none", 1e3 * one.amplitude, share, f"{low:.2f} to {high:.2f}")
+            for one, (share, low, high) in zip(self.attractors, shares, strict=True)
         ]
         columns = ["motion", "name", "period", "largest |z| [mm]", "share [%]", "95 % interval [%]"]
         return pd.DataFrame(rows, columns=columns)
@@ -110,12 +104,8 @@ def basins(
     starts : int
         States from which motions are searched; see `attractors`.
     seed : int
-    progress : bool or callable
-        True shows a bar; a callable is told (chunks done, chunks in all).
-    executor : concurrent.futures.Executor, optional
-        Where chunks of states run, by default as many threads as there are cores; results do not depend on it.
-    checkpoint : path, optional
-        File that keeps finished chunks.
+    progress, executor, checkpoint
+        See `rigsim.campaign.run.run_chunks`; by default a thread a core. Results do not depend on it.
 
     Returns
     -------
@@ -135,11 +125,10 @@ def basins(
     samples = checks.integer("samples", samples, low=1)
     found = attractors(parameters, force, frequency, law=law, box=box, starts=starts, seed=seed)
     around = found.find(motion)
-    shaker = around.orbit[0]
     window = found.box[[1, 3]] if window is None else checks.array("window", window, low=0.0, low_open=True, min_size=2)
     z, speed = (np.linspace(-half, half, pixels) for half in window)
     plane = np.empty((pixels, pixels, 4))
-    plane[..., 0], plane[..., 2] = shaker[0], shaker[2]
+    plane[..., 0], plane[..., 2] = around.orbit[0, [0, 2]]
     plane[..., 1], plane[..., 3] = z, speed[:, None]
     states = np.concatenate([plane.reshape(-1, 4), quasi_random(samples, found.box, seed + 1)])
     found, label = settle_and_learn(found, states, progress=progress, executor=executor, checkpoint=checkpoint)

@@ -136,17 +136,8 @@ class Flow:
     @cached_property
     def numbers(self):
         """What the compiled loops read: ms, ks, cs, m, c, the `spring_of` the wires, force and omega; SI."""
-        p = oscillator_of(self.parameters)
-        return (
-            p.ms,
-            p.ks,
-            p.cs,
-            p.m,
-            p.c,
-            spring_of(self.parameters, self.law),
-            self.force,
-            2 * math.pi * self.frequency,
-        )
+        p, spring = oscillator_of(self.parameters), spring_of(self.parameters, self.law)
+        return p.ms, p.ks, p.cs, p.m, p.c, spring, self.force, 2 * math.pi * self.frequency
 
     def refined(self, factor=2):
         """The same motion by ``factor`` times as many steps."""
@@ -212,22 +203,9 @@ class Flow:
 
 
 def accurate_flow(parameters, law, force, frequency, states, scale, tolerance=1e-6):
-    """A `Flow` with as few steps a period as keep the given states accurate over their first period.
+    """A `Flow` with as few steps a period as keep the given states (n, 4) accurate over their first period.
 
-    Parameters
-    ----------
-    parameters, law, force, frequency
-        See `Flow`.
-    states : (n, 4) array
-        From which the motion is to be followed; the fastest are the farthest out.
-    scale : (4,) array
-        What counts as one in each coordinate.
-    tolerance : float
-        Largest difference, over ``scale``, from twice as many steps.
-
-    Returns
-    -------
-    Flow
+    That is within ``tolerance`` of ``scale`` (4,), what counts as one in each coordinate, from twice as many steps.
 
     Raises
     ------

@@ -44,7 +44,7 @@ class Integrity(Result):
     offset : (n, 4) array
         That state less the motion's own (SI).
     neighbour : (n,) array of int
-        The motion it leads to; -1 where none was found.
+        The motion it leads to; -1 where no such state was found, or it is undecided.
     status : tuple of Status
         FOUND, or NOT_FOUND where there is no such motion or nothing leads elsewhere.
     message : tuple of str
@@ -92,16 +92,7 @@ class Integrity(Result):
 
 
 def integrity(
-    parameters,
-    force,
-    frequency,
-    branch="high",
-    *,
-    law=None,
-    samples=1024,
-    starts=128,
-    seed=0,
-    progress=False,
+    parameters, force, frequency, branch="high", *, law=None, samples=1024, starts=128, seed=0, progress=False
 ):
     """Radius of the largest ball of disturbances from which a motion recovers, at every frequency.
 
@@ -151,7 +142,7 @@ def integrity(
             else:
                 motion[i], amplitude[i] = one.motion, abs(one.relative[one.period])
                 found, radius[i], offset[i], neighbour[i] = _ball(found, one, samples, seed)
-                if neighbour[i] < 0:
+                if np.isnan(offset[i]).any():
                     message[i] = f"no state within {_LARGEST:g} amplitudes leads elsewhere"
             landscapes.append(found)
             report(i + 1)

@@ -138,24 +138,17 @@ class Attractors(ResultSequence):
             )
         return found[0]
 
-    def settle(self, states, *, patience=None, **options):
+    def settle(self, states, **options):
         """Which motion each state (n, 4) leads to, -1 where it is undecided, and after how many periods.
 
-        What nothing traps counts as not periodic where there is such a motion.
-
-        Parameters
-        ----------
-        states : (n, 4) array
-            SI, at a peak of the force.
-        patience : int, optional
-        **options
-            ``progress``, ``executor``, ``checkpoint`` and ``label`` of the run.
+        States are those at a peak of the force, SI. What nothing traps counts as not periodic where there is such a
+        motion. Options are ``progress``, ``executor``, ``checkpoint`` and ``label`` of the run.
 
         Returns
         -------
         tuple of two (n,) arrays of int
         """
-        done = until_trapped(self, states, patience or self.patience, **options)
+        done = until_trapped(self, states, self.patience, **options)
         found = done["label"]
         for endless in (one.motion for one in self if one.period == 0):
             found = np.where((found < 0) & np.isfinite(done["states"]).all(axis=1), endless, found)
@@ -167,15 +160,11 @@ class Attractors(ResultSequence):
 
         rows = [
             (
-                one.motion,
-                one.name,
-                one.period or "none",
-                1e3 * one.amplitude,
-                1e3 * abs(one.relative[one.period]) if one.period else np.nan,
-                abs(one.multipliers).max(),
+                one.motion, one.name, one.period or "none", 1e3 * one.amplitude,
+                1e3 * abs(one.relative[one.period]) if one.period else np.nan, abs(one.multipliers).max(),
             )
             for one in self
-        ]
+        ]  # fmt: skip
         columns = ["motion", "name", "period", "largest |z| [mm]", "|z| at f [mm]", "largest multiplier"]
         return pd.DataFrame(rows, columns=columns)
 

@@ -3,6 +3,7 @@
 import math
 import os
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 
 import numpy as np
 
@@ -13,17 +14,11 @@ from .flow import march
 _CHUNK = 128  # states that one thread takes at a time
 
 
-def until_trapped(found, states, patience, *, progress=False, executor=None, checkpoint=None, label="states"):
-    """Run states (n, 4) until the traps of some motions hold them, or for ``patience`` periods.
+def until_trapped(found, states, patience, *, executor=None, label="states", **options):
+    """Run states (n, 4) until the traps of the `Attractors` found hold them, or for ``patience`` periods.
 
-    Parameters
-    ----------
-    found : Attractors
-    states : (n, 4) array
-        At a peak of the force.
-    patience : int
-    progress, executor, checkpoint, label
-        See `rigsim.campaign.run.run_chunks`; by default as many threads as there are cores.
+    Chunks run by `rigsim.campaign.run.run_chunks`, whose the options are, by default on as many threads as there are
+    cores.
 
     Returns
     -------
@@ -33,11 +28,9 @@ def until_trapped(found, states, patience, *, progress=False, executor=None, che
     common = {"numbers": found.flow.numbers, "steps": found.flow.steps, "patience": patience}
     common |= {"points": found.points, "metrics": found.metrics, "owner": found.owner}
     chunks = [common | {"states": states[part]} for part in split(len(states), _CHUNK)]
-    options = {"progress": progress, "checkpoint": checkpoint, "label": label}
-    if executor is not None:
-        return join(run_chunks(_settle_chunk, chunks, executor=executor, **options))
-    with ThreadPoolExecutor(os.cpu_count()) as threads:  # compiled loops leave the interpreter to the others
-        return join(run_chunks(_settle_chunk, chunks, executor=threads, **options))
+    # Compiled loops leave the interpreter to the other threads.
+    with ThreadPoolExecutor(os.cpu_count()) if executor is None else nullcontext(executor) as workers:
+        return join(run_chunks(_settle_chunk, chunks, executor=workers, label=label, **options))
 
 
 def _settle_chunk(chunk):

@@ -61,9 +61,8 @@ class TapMap(Result):
         after : float
             s.
         """
-        return _bench_tap(
-            self.velocity[row], self.instant[column], self.duration, self.attractors.flow.frequency, after
-        )
+        frequency = self.attractors.flow.frequency
+        return _bench_tap(self.velocity[row], self.instant[column], self.duration, frequency, after)
 
     def surest(self, motion):
         """Indices (row, column) of the tap farthest, in cells of the map, from any that leads elsewhere.
@@ -223,12 +222,8 @@ def tap_map(
         See `rigsim.parameters.law_of`.
     starts, seed : int
         Of the search for motions; see `attractors`.
-    progress : bool or callable
-        True shows a bar; a callable is told (chunks done, chunks in all).
-    executor : concurrent.futures.Executor, optional
-        Where chunks of taps run, by default as many threads as there are cores; results do not depend on it.
-    checkpoint : path, optional
-        File that keeps finished chunks.
+    progress, executor, checkpoint
+        See `rigsim.campaign.run.run_chunks`; by default a thread a core. Results do not depend on it.
 
     Returns
     -------

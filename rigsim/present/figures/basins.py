@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from .style import BLACK, MOTIONS, OTHERS, legend, style, subplots
+from .style import BLACK, MOTIONS, OTHERS, as_tuple, legend, style, subplots
 
 _MARKERS = "osD^vP*X"
 
@@ -30,6 +30,10 @@ def _colors(names):
     return [own.pop(name.partition(" 1/")[0], None) or next(others) for name in names]
 
 
+def _where(flow):
+    return f"at {flow.frequency:g} hertz and {flow.force:g} newtons"
+
+
 def attractors_figure(result, *, ax=None):
     """The motions in the plane (z, z'): their paths, and where they are when the force peaks.
 
@@ -45,10 +49,7 @@ def attractors_figure(result, *, ax=None):
     """
     flow = result.flow
     told = "; ".join(f"{name} up to {1e3 * one.amplitude:.3g}" for name, one in zip(result.names, result, strict=True))
-    alt = (
-        f"Paths of the lasting motions at {flow.frequency:g} hertz and {flow.force:g} newtons, velocity of z over its "
-        f"displacement in millimetres: {told}."
-    )
+    alt = f"Paths of the lasting motions {_where(flow)}, velocity of z over its displacement in millimetres: {told}."
     with style():
         figure, axes = subplots(1, 1, alt=alt, ax=ax, height=5.2)
         for one, name, color in zip(result, result.names, motion_colors(result), strict=True):
@@ -84,9 +85,8 @@ def basins_figure(result, *, ax=None):
         for name, share, low, high in zip(names, result.share, result.share_low, result.share_high, strict=True)
     )
     alt = (
-        f"Map of the relative displacement and its velocity at {flow.frequency:g} hertz and {flow.force:g} newtons, "
-        f"shaker as on the motion {names[result.motion]}, coloured by the motion reached. Shares of the box in four "
-        f"dimensions: {shares}."
+        f"Map of the relative displacement and its velocity {_where(flow)}, shaker as on the motion "
+        f"{names[result.motion]}, coloured by the motion reached. Shares of the box in four dimensions: {shares}."
     )
     with style():
         figure, axes = subplots(1, 1, alt=alt, ax=ax, height=5.6)
@@ -124,12 +124,11 @@ def tap_map_figure(result, *, ax=None, smallest=()):
     matplotlib.figure.Figure
     """
     flow, names = result.attractors.flow, result.attractors.names
-    marked = smallest if isinstance(smallest, (tuple, list)) else (smallest,)
+    marked = as_tuple(smallest)
     reached = "; ".join(f"{name} by {100 * result.reached(i).mean():.1f} per cent" for i, name in enumerate(names))
     alt = (
-        f"Map of taps on the motion {names[result.motion]} at {flow.frequency:g} hertz and {flow.force:g} newtons: "
-        "velocity of the tap in metres a second over its instant in forcing periods. "
-        f"Motions reached: {reached} of the taps."
+        f"Map of taps on the motion {names[result.motion]} {_where(flow)}: velocity of the tap in metres a second "
+        f"over its instant in forcing periods. Motions reached: {reached} of the taps."
     )
     if marked:
         alt += " Marked: " + "; ".join(f"smallest to {names[tap.target]}, {tap.velocity:.3g} m/s" for tap in marked)
@@ -138,7 +137,7 @@ def tap_map_figure(result, *, ax=None, smallest=()):
         colors = _image(axes, result.attractors, result.label, result.instant, result.velocity)
         for name, color in zip(names, colors, strict=True):
             axes.fill([], [], facecolor=color, edgecolor=BLACK, label=name)
-        for tap, marker in zip(marked, _MARKERS, strict=False):
+        for tap, marker in zip(marked, itertools.cycle(_MARKERS), strict=False):
             look = {"color": BLACK, "markerfacecolor": "white", "markersize": 7}
             label = f"smallest to {names[tap.target]}: {tap.velocity:.3g} m/s"
             axes.plot(tap.instant, tap.velocity, marker, label=label, **look)
@@ -174,7 +173,7 @@ def integrity_figure(result, *, ax=None, beside=()):
     -------
     matplotlib.figure.Figure
     """
-    results = [result, *(beside if isinstance(beside, (tuple, list)) else (beside,))]
+    results = [result, *as_tuple(beside)]
     told = "; ".join(
         f"{one.branch} from {1e3 * np.nanmin(one.radius):.3g} to {1e3 * np.nanmax(one.radius):.3g} millimetres"
         for one in results
