@@ -186,30 +186,15 @@ def _bench_tap(velocity, instant, duration, frequency, after):
 
 
 def tap_map(
-    parameters,
-    force,
-    frequency,
-    motion=0,
-    *,
-    velocity=None,
-    instants=48,
-    duration=2e-3,
-    law=None,
-    starts=256,
-    seed=0,
-    progress=False,
-    executor=None,
-    checkpoint=None,
-):
+    parameters, force, frequency, motion=0, *, velocity=None, instants=48, duration=2e-3, law=None, starts=256, seed=0,
+    progress=False, executor=None, checkpoint=None,
+):  # fmt: skip
     """Tap the mass while a motion lasts, by every size and at every instant of a period, and see where it leads.
 
     Parameters
     ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude F (N).
-    frequency : float
-        Hz.
+    parameters, force, frequency, law, starts, seed
+        See `attractors`.
     motion : int or str
         That is tapped: its number, or a name that only one bears; see `attractors`.
     velocity : (v,) array_like, optional
@@ -218,10 +203,6 @@ def tap_map(
         Instants, evenly over one forcing period.
     duration : float
         Of the half-sine pulse (s).
-    law : {"exact", "cubic"}, optional
-        See `rigsim.parameters.law_of`.
-    starts, seed : int
-        Of the search for motions; see `attractors`.
     progress, executor, checkpoint
         See `rigsim.campaign.run.run_chunks`; by default a thread a core. Results do not depend on it.
 

@@ -91,7 +91,7 @@ def slice_at(symmetric, full, frequency, ceiling):
     if not good:
         return Slice(frequency, Line(x[None], x[None], ()), ())
     tangent *= math.copysign(1.0, tangent[-1])
-    points, tangents, _, _ = trace(*odd.system, x, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, -1)
+    points, tangents, _ = trace(*odd.system, x, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, -1)
     rest = _line(odd, points, tangents)
     return Slice(frequency, rest, tuple(_branching_lines(odd, every, points, ceiling)))
 
@@ -132,7 +132,7 @@ def _branching_lines(odd, every, points, ceiling):
                 break
         else:
             continue
-        line, tangents, _, code = trace(*every.system, first, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, 0)
+        line, tangents, code = trace(*every.system, first, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, 0)
         if code == MIRROR:
             used.add(min(range(len(places)), key=lambda i, end=line[-1]: distance(places[i], end)))
         yield _line(

@@ -135,25 +135,11 @@ class Subharmonics(Result):
         import pandas as pd
 
         rows = [
-            (
-                one.frequency,
-                one.period,
-                1e3 * one.amplitude,
-                1e3 * abs(one.relative[one.period]),
-                one.giveaway[0],
-                1e3 * one.giveaway[1],
-                100 * one.share,
-            )
-            for one in self.motions
+            (m.frequency, m.period, 1e3 * m.amplitude, 1e3 * abs(m.relative[m.period]), f, 1e3 * z, 100 * m.share)
+            for m in self.motions
+            for f, z in [m.giveaway]
         ]
-        columns = [
-            "frequency [Hz]",
-            "period",
-            "largest |z| [mm]",
-            "|z| at f [mm]",
-            "tell-tale line [Hz]",
-            "its |z| [mm]",
-        ]
+        columns = "frequency [Hz]", "period", "largest |z| [mm]", "|z| at f [mm]", "tell-tale line [Hz]", "its |z| [mm]"
         return pd.DataFrame(rows, columns=[*columns, "share [%]"])
 
     def summary(self):
@@ -170,40 +156,21 @@ class Subharmonics(Result):
 
 
 def subharmonic_motions(
-    parameters,
-    force,
-    frequency=None,
-    *,
-    law=None,
-    starts=256,
-    follow=(20.0, 200.0),
-    seed=0,
-    progress=False,
-    executor=None,
-    checkpoint=None,
-):
+    parameters, force, frequency=None, *, law=None, starts=256, follow=(20.0, 200.0), seed=0, progress=False,
+    executor=None, checkpoint=None,
+):  # fmt: skip
     """Search a band for motions of two and three forcing periods, and follow each to both its folds.
 
     Parameters
     ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude F (N).
+    parameters, force, law, starts, seed
+        See `rigsim.attraction.attractors.attractors`; the starts are those at every frequency.
     frequency : (n,) array_like, optional
         Where to search (Hz); by default every 2 Hz from 40 to 110.
-    law : {"exact", "cubic"}, optional
-        See `rigsim.parameters.law_of`.
-    starts : int
-        Quasi-random states at every frequency; see `rigsim.attraction.attractors.attractors`.
     follow : (float, float)
         Band in which curves are followed (Hz); widened to hold ``frequency``.
-    seed : int
-    progress : bool or callable
-        True shows a bar; a callable is told (frequencies done, frequencies in all).
-    executor : concurrent.futures.Executor, optional
-        Where frequencies are searched, by default here one after the other, each on every core.
-    checkpoint : path, optional
-        File that keeps finished frequencies.
+    progress, executor, checkpoint
+        See `rigsim.campaign.run.run_chunks`; by default frequencies are searched one after the other, on every core.
 
     Returns
     -------
