@@ -61,8 +61,7 @@ class TapMap(Result):
         after : float
             s.
         """
-        frequency = self.attractors.flow.frequency
-        return _bench_tap(self.velocity[row], self.instant[column], self.duration, frequency, after)
+        return _bench_tap(self, self.velocity[row], self.instant[column], after)
 
     def surest(self, motion):
         """Indices (row, column) of the tap farthest, in cells of the map, from any that leads elsewhere.
@@ -168,7 +167,7 @@ class SmallestTap(Result):
 
     def tap(self, after=1.0):
         """As a `Tap` for a test bench: by the first such instant ``after`` (s) or later."""
-        return _bench_tap(self.velocity, self.instant, self.duration, self.attractors.flow.frequency, after)
+        return _bench_tap(self, self.velocity, self.instant, after)
 
     def summary(self):
         """One line with size and instant."""
@@ -180,9 +179,9 @@ class SmallestTap(Result):
         )
 
 
-def _bench_tap(velocity, instant, duration, frequency, after):
-    periods = np.ceil(after * frequency - instant - 1e-9)
-    return Tap(velocity, duration, (periods + instant) / frequency)
+def _bench_tap(taps, velocity, instant, after):
+    frequency = taps.attractors.flow.frequency
+    return Tap(velocity, taps.duration, (np.ceil(after * frequency - instant - 1e-9) + instant) / frequency)
 
 
 def tap_map(
@@ -219,12 +218,11 @@ def tap_map(
     instants = checks.integer("instants", instants, low=1)
     duration = checks.positive("duration", duration, "s")
     found = attractors(parameters, force, frequency, law=law, starts=starts, seed=seed)
-    tapped = found.find(motion)
-    instant = np.arange(instants) / instants
-    states = _tapped(found, tapped.motion, velocity, instant, duration)
+    motion, instant = found.find(motion).motion, np.arange(instants) / instants
+    states = _tapped(found, motion, velocity, instant, duration)
     options = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "taps"}
     found, label = settle_and_learn(found, states, **options)
-    return TapMap(found, tapped.motion, velocity, instant, duration, label.reshape(instants, -1).T)
+    return TapMap(found, motion, velocity, instant, duration, label.reshape(instants, -1).T)
 
 
 def _tapped(found, motion, velocity, instant, duration):

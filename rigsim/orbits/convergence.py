@@ -77,8 +77,7 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     """
     counts = [checks.integer("harmonics", count, low=1) for count in np.atleast_1d(harmonics)]
     best = periodic_orbits(parameters, force, band, counts[-1] + _BEYOND, law)
-    places = _places(best)
-    rows = []
+    places, rows = _places(best), []
     for count in counts:
         curves = periodic_orbits(parameters, force, band, count, law)
         here = _places(curves)

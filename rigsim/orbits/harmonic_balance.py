@@ -114,8 +114,7 @@ class Balance:
         Omega = points[:, -1]
         W = np.zeros((len(points), self.harmonics + 1), dtype=complex)
         start = int(self.orders[0] == 0)
-        if start:
-            W[:, 0] = points[:, 0]
+        W[:, :start] = points[:, :start]
         W[:, self.orders[start:]] = points[:, start:-1:2] - 1j * points[:, start + 1 : -1 : 2]
         mu, zeta_s, _, _ = self.numbers
         s = Omega[:, None] / self.period * np.arange(self.harmonics + 1)

@@ -129,9 +129,8 @@ def periodic_orbits(
         groups, lost = [(doubled, _branching_curves(every_line, doubled, bent, low, high))], []
     branches = []
     for system, members in groups:
-        joins, remarks = _joins(system, members, low, high)
         first = len(branches)
-        for curve, join, remark in zip(members, joins, remarks, strict=True):
+        for curve, join, remark in zip(members, *_joins(system, members, low, high), strict=True):
             branch = _branch(system, parameters, law, *curve)
             joined = tuple(first + i for i in join)
             branches.append(replace(branch, joins=joined, message=branch.message + remark))
@@ -235,8 +234,7 @@ def _add_curve(equations, curves, x, low, high):
 
 def _curve(equations, x, tangent, low, high):
     """Orbits of the whole curve through x, their tangents, why it ends at its two ends, indices of its folds."""
-    edges = low / equations.hertz, high / equations.hertz
-    system = equations.system
+    edges, system = (low / equations.hertz, high / equations.hertz), equations.system
     points, tangents, code = trace(*system, x, tangent, *edges, _LONGEST, _ROOM, -1)
     ends = code, code
     if code != CLOSED:
@@ -255,6 +253,8 @@ def _curve(equations, x, tangent, low, high):
 def _with_folds(system, points, tangents):
     """The curve with an orbit put in at every fold; indices of those."""
     turning = np.flatnonzero(tangents[:-1, -1] * tangents[1:, -1] < 0)
+    if not turning.size:
+        return points, tangents, ()
     extra, extra_tangents = [], []
     for i in turning:
         sizes = np.append(np.full(points.shape[1] - 1, np.linalg.norm(points[i, :-1])), points[i, -1])
@@ -264,11 +264,8 @@ def _with_folds(system, points, tangents):
             raise RuntimeError(f"the fold between Omega = {points[i, -1]} and {points[i + 1, -1]} was not located")
         extra.append(point)
         extra_tangents.append(unit_tangent(point, tangent))
-    if not extra:
-        return points, tangents, ()
-    points = np.insert(points, turning + 1, extra, axis=0)
-    tangents = np.insert(tangents, turning + 1, extra_tangents, axis=0)
-    return points, tangents, tuple((turning + 1 + np.arange(turning.size)).tolist())
+    whole = (np.insert(old, turning + 1, new, axis=0) for old, new in ((points, extra), (tangents, extra_tangents)))
+    return *whole, tuple((turning + 1 + np.arange(turning.size)).tolist())
 
 
 def _branch(equations, parameters, law, points, _, ends, turns):
@@ -296,7 +293,7 @@ def _branching_curves(base, equations, curves, low, high):
     From symmetric orbits to those with every line, or from those to orbits of twice the period.
     """
     places, parity = [], 0 if equations.period == base.period else 1
-    for points, _, _, _ in curves:
+    for points, *_ in curves:
         signs = breaking_signs(*equations.system, _with_every_line(base, equations, points), parity)
         turns = np.flatnonzero(signs[:-1] * signs[1:] < 0)
         places += [_breaking_point(base, equations, points[i], points[i + 1], signs[i], parity) for i in turns]
@@ -313,15 +310,13 @@ def _branching_curves(base, equations, curves, low, high):
         else:
             continue  # they leave the band at once
         points, tangents, code = trace(*equations.system, first, tangent, *edges, _LONGEST, _ROOM, parity)
-        points = np.concatenate([place[None], points])
-        tangents = np.concatenate([unit_tangent(place, direction)[None], tangents])
+        points, tangents = np.vstack([place, points]), np.vstack([unit_tangent(place, direction), tangents])
         if code == MIRROR:
             last = min(range(len(places)), key=lambda i: distance(places[i], points[-1]))
             used.add(last)
             inwards = breaking_direction(*equations.system, places[last], parity)
             inwards *= np.sign(np.dot(inwards, points[-1] - points[-2]))
-            points = np.concatenate([points, places[last][None]])
-            tangents = np.concatenate([tangents, inwards[None]])
+            points, tangents = np.vstack([points, places[last]]), np.vstack([tangents, inwards])
         points, tangents, turns = _with_folds(equations.system, points, tangents)
         found.append((points, tangents, (MIRROR, code), turns))
     return found
@@ -360,10 +355,9 @@ def _joins(equations, curves, low, high):
             points, tangents, _, _ = curves[i]
             x, tangent = (points[0], -tangents[0]) if end == 0 else (points[-1], tangents[-1])
             outside, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM, -1)
-            back = [
-                j for j, other in ends if (j, other) != (i, end) and distance(outside[-1], curves[j][0][-other]) < _SAME
-            ]
-            joins[i].update(back)
+            others = [(j, curves[j][0][-other]) for j, other in ends if (j, other) != (i, end)]
+            back = {j for j, point in others if distance(outside[-1], point) < _SAME}
+            joins[i] |= back
             if not back and why not in (LOW, HIGH):
                 where = outside[-1, -1] * equations.hertz
                 remarks[i] += f"; beyond {edge:g} Hz followed only to {_end(why, where)}"

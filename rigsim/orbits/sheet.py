@@ -135,11 +135,8 @@ def _branching_lines(odd, every, points, ceiling):
         line, tangents, code = trace(*every.system, first, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, 0)
         if code == MIRROR:
             used.add(min(range(len(places)), key=lambda i, end=line[-1]: distance(places[i], end)))
-        yield _line(
-            every,
-            np.concatenate([place[None], line]),
-            np.concatenate([unit_tangent(place, direction)[None], tangents]),
-        )
+        points, along = np.vstack([place, line]), np.vstack([unit_tangent(place, direction), tangents])
+        yield _line(every, points, along)
 
 
 def _breaking_point(odd, every, start, end, sign):
@@ -155,13 +152,7 @@ def _breaking_point(odd, every, start, end, sign):
 
 
 def slices(symmetric, full, low, high):
-    """Slices from ``low`` to ``high`` (Hz), so close that every curve at the wanted force passes one.
-
-    Returns
-    -------
-    list of Slice
-        Ascending in frequency.
-    """
+    """A list of slices, from ``low`` up to ``high`` (Hz), so close that every curve at the wanted force passes one."""
     cut = lambda f: slice_at(symmetric, full, f, _ceiling(symmetric, f))  # noqa: E731
     first = [cut(float(f)) for f in np.geomspace(low, high, _SLICES)]
     result = first[:1]

@@ -155,10 +155,8 @@ def _hill_polynomials(numbers, law, period, orders, cosine, sine, points):
         for k in range(stride, 2 * h + 1, stride):
             if math.hypot(A[k], B[k]) / 2.0 > 1e-13 * largest:
                 lines = k // stride
-        q = np.empty(lines + 1, dtype=np.complex128)
-        q[0] = 0.5 * A[0]
-        for m in range(1, lines + 1):
-            q[m] = 0.5 * complex(A[stride * m], -B[stride * m])
+        kept = np.arange(lines + 1) * stride
+        q = 0.5 * (A[kept] - 1j * B[kept])
         rows = max(6, int(math.ceil(math.sqrt((1.0 + mu) * largest / _SMALL) / kappa)), lines // 2 + 2)
         alphas = _unforced_exponents(mu, zeta_s, zeta, 0.5 * A[0])
         first = _hill_value(0.125j * kappa, kappa, alphas, q, rows, mu, zeta_s)
@@ -172,11 +170,10 @@ def _hill_polynomials(numbers, law, period, orders, cosine, sine, points):
 
 
 def characteristic_polynomials(equations, points):
-    """Coefficients c_0, c_1, c_2, c_3 (k, 4) of the characteristic polynomials, leading coefficient 1.
+    """Coefficients c_0 ... c_3 (k, 4) of characteristic polynomials, the leading one 1, at points (k, n) of a `Balance`.
 
-    Over the orbit's period; if only odd lines are kept, over half of it, when a root at -1 belongs to a
-    fold and one at +1 to a loss of symmetry.
-    Points (k, n) are the unknowns of the `Balance` at the orbits.
+    Over the orbit's period; if only odd lines are kept, over half of it, when a root at -1 belongs to a fold and one at
+    +1 to a loss of symmetry.
     """
     return _hill_polynomials(*equations.system, np.ascontiguousarray(points))
 

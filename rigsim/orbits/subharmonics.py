@@ -206,14 +206,12 @@ def _search_chunk(chunk):
     found = attractors(**chunk)
     several = [one for one in found if one.period > 1]
     count = 9 * max([3, *(one.period for one in several)]) + 1
-    relative = np.zeros((len(several), count), dtype=complex)
-    for row, one in zip(relative, several, strict=True):
-        row[: one.relative.size] = one.relative
+    relative = [np.pad(one.relative, (0, count - one.relative.size)) for one in several]
     label, _ = found.settle(quasi_random(chunk["starts"], found.box, chunk["seed"]))
     return {
         "period": np.array([one.period for one in several], dtype=int),
         "amplitude": np.array([one.amplitude for one in several]),
-        "relative": relative,
+        "relative": np.array(relative, dtype=complex).reshape(-1, count),
         "share": np.array([(label == one.motion).mean() for one in several]),
     }
 
@@ -227,14 +225,11 @@ def _families(parameters, force, law, band, motions):
         at = next((i for i, branch in enumerate(branches) if _lies_on(one, branch)), None)
         if at is None:
             at = len(branches)
-            branches.append(
-                continue_orbit(parameters, force, one.frequency, one.relative, band, _HARMONICS, law, period=one.period)
-            )
+            known = one.frequency, one.relative
+            branches.append(continue_orbit(parameters, force, *known, band, _HARMONICS, law, period=one.period))
             met.append([])
         met[at].append(one.frequency)
-    families = [
-        SubharmonicFamily(branch.period, branch, np.array(places)) for branch, places in zip(branches, met, strict=True)
-    ]
+    families = [SubharmonicFamily(one.period, one, np.array(places)) for one, places in zip(branches, met, strict=True)]
     return tuple(sorted(families, key=lambda one: (one.period, one.branch.frequency.min())))
 
 
