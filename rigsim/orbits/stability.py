@@ -170,7 +170,7 @@ def _hill_polynomials(numbers, law, period, orders, cosine, sine, points):
 
 
 def characteristic_polynomials(equations, points):
-    """Coefficients c_0 ... c_3 (k, 4) of characteristic polynomials, the leading one 1, at points (k, n) of a `Balance`.
+    """Coefficients c_0 ... c_3 (k, 4), leading one 1, of characteristic polynomials at points (k, n) of a `Balance`.
 
     Over the orbit's period; if only odd lines are kept, over half of it, when a root at -1 belongs to a fold and one at
     +1 to a loss of symmetry.
