@@ -29,55 +29,104 @@ _CONVERGED = 1e-8  # of the last Newton step, whose own error is its square
 
 @compiled
 def _solve(matrix, right):
-    """Solution of matrix x = right (n, r) in place; the determinant's sign, 0 where there is no solution."""
-    if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
-        return 0.0
-    sign, _ = np.linalg.slogdet(matrix)
-    if sign != 0.0 and right.size:
-        right[:] = np.linalg.solve(matrix, right)
+    """Solution of matrix x = right (n, r) in place, by elimination with row exchanges; the determinant's sign."""
+    n, columns = right.shape
+    sign = 1.0
+    for i in range(n):
+        pivot, largest = i, abs(matrix[i, i])
+        for j in range(i + 1, n):
+            if abs(matrix[j, i]) > largest:
+                pivot, largest = j, abs(matrix[j, i])
+        if not largest > 0.0 or not math.isfinite(largest):
+            return 0.0
+        if pivot != i:
+            sign = -sign
+            for k in range(i, n):
+                matrix[i, k], matrix[pivot, k] = matrix[pivot, k], matrix[i, k]
+            for k in range(columns):
+                right[i, k], right[pivot, k] = right[pivot, k], right[i, k]
+        if matrix[i, i] < 0.0:
+            sign = -sign
+        for j in range(i + 1, n):
+            factor = matrix[j, i] / matrix[i, i]
+            if factor != 0.0:
+                for k in range(i + 1, n):
+                    matrix[j, k] -= factor * matrix[i, k]
+                for k in range(columns):
+                    right[j, k] -= factor * right[i, k]
+    for i in range(n - 1, -1, -1):
+        for k in range(columns):
+            total = right[i, k]
+            for j in range(i + 1, n):
+                total -= matrix[i, j] * right[j, k]
+            right[i, k] = total / matrix[i, i]
     return sign
 
 
 @compiled
 def _sizes(x):
     """Norm of the coefficients, and Omega: the units of relative length at x."""
-    return max(math.sqrt((x[:-1] ** 2).sum()), 1e-300), x[-1]
+    n = x.size - 1
+    total = 0.0
+    for i in range(n):
+        total += x[i] * x[i]
+    return max(math.sqrt(total), 1e-300), x[n]
 
 
 @compiled
 def _dot(a, b, sizes):
-    return (a[:-1] * b[:-1]).sum() / sizes[0] ** 2 + a[-1] * b[-1] / sizes[1] ** 2
+    n = a.size - 1
+    total = 0.0
+    for i in range(n):
+        total += a[i] * b[i]
+    return total / sizes[0] ** 2 + a[n] * b[n] / sizes[1] ** 2
 
 
 @compiled
 def _plane(tangent, sizes, x):
     """normal and level of the plane normal . x = level through x across the tangent."""
-    normal = tangent / sizes[0] ** 2
-    normal[-1] = tangent[-1] / sizes[1] ** 2
-    return normal, (normal * x).sum()
+    n = x.size
+    normal, level = tangent / sizes[0] ** 2, 0.0
+    normal[n - 1] = tangent[n - 1] / sizes[1] ** 2
+    for i in range(n):
+        level += normal[i] * x[i]
+    return normal, level
 
 
 @compiled
 def correct(numbers, law, period, orders, cosine, sine, x, normal, level, iterations, reach):
     """Newton's method for the orbit on the plane normal . x = level, from x and in place.
 
-    A step longer than ``reach`` (relative) is shortened to it. Returns the orientation, +1 or -1, or 0 if it did not
-    converge; the steps taken; and the tangent (n,) with normal . tangent = 1.
+    A step longer than ``reach`` (relative) is shortened to it.
+
+    Returns
+    -------
+    tuple of (float, int, (n,) array)
+        The orientation, +1 or -1, or 0 if it did not converge; the steps taken; the tangent with normal . tangent = 1.
     """
     n = x.size
     work, residual = np.empty((4, cosine.shape[1])), np.empty(n - 1)
-    matrix, right, step = np.empty((n, n)), np.empty((n, 2)), np.empty(n)
+    matrix, right = np.empty((n, n)), np.empty((n, 2))
+    step = np.empty(n)
     for iteration in range(1, iterations + 1):
         residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, residual, matrix[: n - 1])
-        matrix[n - 1] = normal
-        right[: n - 1, 0], right[: n - 1, 1] = -residual, 0.0
-        right[n - 1, 0], right[n - 1, 1] = level - (normal * x).sum(), 1.0
+        right[n - 1, 0], right[n - 1, 1] = level, 1.0
+        for i in range(n):
+            matrix[n - 1, i] = normal[i]
+            right[n - 1, 0] -= normal[i] * x[i]
+        for i in range(n - 1):
+            right[i, 0], right[i, 1] = -residual[i], 0.0
         sign = _solve(matrix, right)
-        step[:] = right[:, 0]
-        length = math.sqrt(_dot(step, step, _sizes(x)))
-        if sign == 0.0 or not math.isfinite(length):
+        if sign == 0.0:
             return 0.0, iteration, step
-        x += min(1.0, reach / max(length, 1e-300)) * step
+        for i in range(n):
+            step[i] = right[i, 0]
+        length = math.sqrt(_dot(step, step, _sizes(x)))
+        if not math.isfinite(length):
+            return 0.0, iteration, step
+        factor = 1.0 if length <= reach else reach / length
+        for i in range(n):
+            x[i] += factor * step[i]
         if x[n - 1] <= 0.0:
             return 0.0, iteration, step
         if length < _CONVERGED:
@@ -98,8 +147,10 @@ def correct_at(numbers, law, period, orders, cosine, sine, x, Omega, iterations,
 def advance(numbers, law, period, orders, cosine, sine, x, tangent, step):
     """The orbit ``step`` (relative length) along the tangent from x, corrected across it.
 
-    Returns the orientation, 0 if it did not converge; Newton steps taken; the orbit (n,); its tangent (n,), of length 1
-    in units at x.
+    Returns
+    -------
+    tuple of (float, int, (n,) array, (n,) array)
+        Orientation, 0 if it did not converge; Newton steps taken; the orbit; its tangent, of length 1 in units at x.
     """
     sizes = _sizes(x)
     predicted = x + step * tangent
@@ -136,22 +187,37 @@ def _breaking_rows(size, parity):
 
 
 @compiled
+def _product(x, other, rows):
+    total = 0.0
+    for i in rows:
+        total += x[i] * other[i]
+    return total
+
+
+@compiled
 def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, longest, room, parity):
     """The curve from x along ``tangent`` until it leaves (low, high) in Omega, closes, fills the room or is stuck.
 
     With a parity of 0 or 1, not -1, also until its even or its odd lines (all being kept) pass through zero, where it
-    goes over to its own image half an orbit's period later. Returns the orbits (k, n) from x on, their tangents (k, n)
-    and why it ended; an end of the band is an orbit at exactly that Omega.
+    goes over to its own image half an orbit's period later.
+
+    Returns
+    -------
+    tuple of ((k, n) array, (k, n) array, list of int, int)
+        Orbits from x on, their tangents, indices of the orbits before which another curve was crossed, and why it
+        ended; an end of the band is an orbit at exactly that Omega.
     """
-    points, tangents = np.empty((room, x.size)), np.empty((room, x.size))
+    n = x.size
+    points, tangents = np.empty((room, n)), np.empty((room, n))
     points[0], tangents[0] = x, unit_tangent(x, tangent)
     start_sizes = _sizes(x)
-    count, step, code = 1, 0.1 * longest, FULL
+    count, step = 1, 0.1 * longest
+    crossed = [0 for _ in range(0)]
     orientation, _, _, _ = advance(numbers, law, period, orders, cosine, sine, x, tangents[0], 0.0)
     while count < room:
         here, along = points[count - 1], tangents[count - 1]
         sign, newton, new, turned = advance(numbers, law, period, orders, cosine, sine, here, along, step)
-        good, turn, edge = sign != 0.0, 0.0, 0.0
+        good, turn = sign != 0.0, 0.0
         if good:
             sizes = _sizes(here)
             turn = math.acos(min(1.0, max(-1.0, _dot(along, turned, sizes))))
@@ -159,48 +225,53 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
             moved -= step * along
             good = turn < _TURN and math.sqrt(_dot(moved, moved, sizes)) < 0.3 * step
             if good and parity >= 0 and count > 1:
-                rows = _breaking_rows(x.size, parity)
-                breaking = new[rows]
-                if (breaking * here[rows]).sum() < 0.0 or (breaking**2).sum() < 1e-12 * sizes[0] ** 2:
-                    code = MIRROR
-                    break
+                rows = _breaking_rows(n, parity)
+                if _product(new, here, rows) < 0.0 or _product(new, new, rows) < 1e-12 * sizes[0] ** 2:
+                    return points[:count].copy(), tangents[:count].copy(), crossed, MIRROR
             good = good and (sign == orientation or step <= _CROSSING)
-        if good and not low < new[-1] < high:
-            edge = low if new[-1] <= low else high
-            new = here + (edge - here[-1]) / (new[-1] - here[-1]) * (new - here)
-            at_edge, _, turned = correct_at(numbers, law, period, orders, cosine, sine, new, edge, 10, np.inf)
-            good = at_edge != 0.0 and distance(new, here) <= 1.5 * step
         if not good:
             step *= 0.5
             if step < _SHORTEST:
-                code = STUCK
-                break
+                return points[:count].copy(), tangents[:count].copy(), crossed, STUCK
             continue
-        orientation = sign
-        points[count], tangents[count] = new, unit_tangent(new, turned)
-        count += 1
+        if sign != orientation:
+            orientation = sign
+            crossed.append(count)
+        edge = low if new[n - 1] <= low else high if new[n - 1] >= high else 0.0
         if edge > 0.0:
-            if _dot(tangents[count - 1], along, _sizes(here)) < 0.0:
-                tangents[count - 1] *= -1.0
-            code = LOW if edge == low else HIGH
-            break
-        if count > 3:
+            share = (edge - here[n - 1]) / (new[n - 1] - here[n - 1])
+            last = here + share * (new - here)
+            sign, _, turned = correct_at(numbers, law, period, orders, cosine, sine, last, edge, 10, np.inf)
+            if sign == 0.0 or distance(last, here) > 1.5 * step:
+                step *= 0.5
+                if step < _SHORTEST:
+                    return points[:count].copy(), tangents[:count].copy(), crossed, STUCK
+                continue
+            points[count] = last
+            tangents[count] = unit_tangent(last, turned)
+            if _dot(tangents[count], along, _sizes(here)) < 0.0:
+                tangents[count] *= -1.0
+            return points[: count + 1].copy(), tangents[: count + 1].copy(), crossed, LOW if edge == low else HIGH
+        if count > 2:
             before, after = here - points[0], new - points[0]
             near = math.sqrt(max(_dot(before, before, start_sizes), _dot(after, after, start_sizes))) < 2.0 * step
             first = tangents[0]
             if near and _dot(before, first, start_sizes) < 0.0 <= _dot(after, first, start_sizes):
                 # Back at the start? Decided by the orbit in the plane across the start.
                 normal, level = _plane(first, start_sizes, points[0])
-                sign, _, _ = correct(numbers, law, period, orders, cosine, sine, new, normal, level, 10, np.inf)
-                if sign != 0.0 and distance(new, points[0]) < 1e-6:
-                    points[count - 1], tangents[count - 1] = points[0], tangents[0]
-                    code = CLOSED
-                    break
+                back = new.copy()
+                sign, _, _ = correct(numbers, law, period, orders, cosine, sine, back, normal, level, 10, np.inf)
+                if sign != 0.0 and distance(back, points[0]) < 1e-6:
+                    points[count], tangents[count] = points[0], tangents[0]
+                    return points[: count + 1].copy(), tangents[: count + 1].copy(), crossed, CLOSED
+        points[count] = new
+        tangents[count] = unit_tangent(new, turned)
+        count += 1
         wanted = _AIM / max(turn, 1e-3)
         if newton > 4:
             wanted = min(wanted, 1.0)
         step = min(longest, step * min(2.0, max(0.5, wanted)))
-    return points[:count].copy(), tangents[:count].copy(), code
+    return points, tangents, crossed, FULL
 
 
 @compiled
@@ -210,8 +281,12 @@ def locate_fold(numbers, law, period, orders, cosine, sine, x, tangent, length):
     False position, halved where one end is kept (Illinois). Omega is stationary there, so it is known to the square
     of the length's own error.
     """
+    n = x.size
+    left, right = 0.0, length
+    at_left = tangent[n - 1]
     _, _, best, along = advance(numbers, law, period, orders, cosine, sine, x, tangent, length)
-    left, right, at_left, at_right, kept = 0.0, length, tangent[-1], along[-1], 0
+    at_right = along[n - 1]
+    kept = 0
     for _ in range(60):
         middle = right - at_right * (right - left) / (at_right - at_left)
         if not min(left, right) < middle < max(left, right):
@@ -220,14 +295,16 @@ def locate_fold(numbers, law, period, orders, cosine, sine, x, tangent, length):
         if sign == 0.0:
             return False, best, along
         best, along = new, turned
-        if abs(turned[-1]) < 1e-11 * x[-1] or abs(right - left) < 1e-13:
+        if abs(turned[n - 1]) < 1e-11 * x[n - 1] or abs(right - left) < 1e-13:
             break
-        if (turned[-1] > 0.0) == (at_right > 0.0):
-            right, at_right = middle, turned[-1]
-            at_left, kept = at_left * (0.5 if kept == 1 else 1.0), 1
+        if (turned[n - 1] > 0.0) == (at_right > 0.0):
+            right, at_right = middle, turned[n - 1]
+            at_left *= 0.5 if kept == 1 else 1.0
+            kept = 1
         else:
-            left, at_left = middle, turned[-1]
-            at_right, kept = at_right * (0.5 if kept == -1 else 1.0), -1
+            left, at_left = middle, turned[n - 1]
+            at_right *= 0.5 if kept == -1 else 1.0
+            kept = -1
     return True, best, unit_tangent(best, along)
 
 
@@ -247,16 +324,20 @@ def between(x, tangent, other, other_tangent, share):
 @compiled
 def lies_on(numbers, law, period, orders, cosine, sine, points, tangents, x):
     """Whether the orbit x lies on the traced curve: some orbit of the curve at its Omega is the same to 1e-6."""
-    Omega = x[-1]
+    n = x.size
+    Omega = x[n - 1]
     for i in range(len(points) - 1):
-        one, other = points[i, -1] - Omega, points[i + 1, -1] - Omega
+        one, other = points[i, n - 1] - Omega, points[i + 1, n - 1] - Omega
         if one * other > 0.0:
             continue
         left, right = 0.0, 1.0
         for _ in range(40):
             middle = 0.5 * (left + right)
-            value = between(points[i], tangents[i], points[i + 1], tangents[i + 1], middle)[-1] - Omega
-            left, right = (middle, right) if (value > 0.0) == (one > 0.0) and one != 0.0 else (left, middle)
+            value = between(points[i], tangents[i], points[i + 1], tangents[i + 1], middle)[n - 1] - Omega
+            if (value > 0.0) == (one > 0.0) and one != 0.0:
+                left = middle
+            else:
+                right = middle
         guess = between(points[i], tangents[i], points[i + 1], tangents[i + 1], 0.5 * (left + right))
         if distance(guess, x) > 0.3:
             continue
@@ -268,28 +349,41 @@ def lies_on(numbers, law, period, orders, cosine, sine, points, tangents, x):
 
 @compiled
 def _breaking_block(numbers, law, period, orders, cosine, sine, x, rows):
-    work, values, jacobian = np.empty((4, cosine.shape[1])), np.empty(x.size - 1), np.empty((x.size - 1, x.size))
-    residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, values, jacobian)
-    return jacobian[rows][:, rows]
+    jacobian = np.empty((x.size - 1, x.size))
+    residual_and_jacobian(
+        numbers, law, period, orders, cosine, sine, x, np.empty((4, cosine.shape[1])), np.empty(x.size - 1), jacobian
+    )
+    block = np.empty((rows.size, rows.size))
+    for i in range(rows.size):
+        for j in range(rows.size):
+            block[i, j] = jacobian[rows[i], rows[j]]
+    return block
+
+
+@compiled
+def breaking_sign(numbers, law, period, orders, cosine, sine, x, parity):
+    """Sign of the Jacobian's determinant over the even lines and the mean, or over the odd lines, where x has none.
+
+    Where it changes along a curve of such orbits, a curve of orbits that do have these lines branches off: parity 0
+    where symmetry breaks, parity 1 (over two forcing periods) where the period doubles.
+    """
+    rows = _breaking_rows(x.size, parity)
+    block = _breaking_block(numbers, law, period, orders, cosine, sine, x, rows)
+    return _solve(block, np.empty((rows.size, 0)))
 
 
 @compiled
 def breaking_signs(numbers, law, period, orders, cosine, sine, points, parity):
-    """Signs of the Jacobian's determinant over the even lines and the mean, or over the odd lines, which points lack.
-
-    Where it changes along a curve of such orbits (k, n), a curve of orbits that do have these lines branches off:
-    parity 0 where symmetry breaks, parity 1 (over two forcing periods) where the period doubles.
-    """
-    rows, signs = _breaking_rows(points.shape[1], parity), np.empty(len(points))
+    """`breaking_sign` at each of the points (k, n)."""
+    signs = np.empty(len(points))
     for i in range(len(points)):
-        block = _breaking_block(numbers, law, period, orders, cosine, sine, points[i], rows)
-        signs[i] = _solve(block, np.empty((rows.size, 0)))
+        signs[i] = breaking_sign(numbers, law, period, orders, cosine, sine, points[i], parity)
     return signs
 
 
 @compiled
 def breaking_direction(numbers, law, period, orders, cosine, sine, x, parity):
-    """Unit direction (relative length) in which orbits branch off at x, as for `breaking_signs`.
+    """Unit direction (relative length) in which orbits branch off at x, as for `breaking_sign`.
 
     By inverse iteration: that block of the Jacobian is all but singular there.
     """
@@ -297,8 +391,9 @@ def breaking_direction(numbers, law, period, orders, cosine, sine, x, parity):
     block = _breaking_block(numbers, law, period, orders, cosine, sine, x, rows)
     vector = np.ones((rows.size, 1))
     for _ in range(6):
-        _solve(block, vector)
+        _solve(block.copy(), vector)
         vector /= math.sqrt((vector**2).sum())
     direction = np.zeros(x.size)
-    direction[rows] = vector[:, 0]
+    for i in range(rows.size):
+        direction[rows[i]] = vector[i, 0]
     return unit_tangent(x, direction)

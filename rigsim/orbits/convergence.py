@@ -61,10 +61,14 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
 
     Parameters
     ----------
-    parameters, force, band, law
-        See `periodic_orbits`.
+    parameters : RigParameters or OscillatorParameters
+    force : float
+        Force amplitude F (N, above zero).
+    band : (float, float)
+        Forcing frequencies (Hz).
     harmonics : sequence of int
         Ascending.
+    law : {"exact", "cubic"}, optional
 
     Returns
     -------
@@ -77,17 +81,18 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     """
     counts = [checks.integer("harmonics", count, low=1) for count in np.atleast_1d(harmonics)]
     best = periodic_orbits(parameters, force, band, counts[-1] + _BEYOND, law)
-    places, rows = _places(best), []
+    places = [(point.kind, point.frequency) for branch in best for point in branch.special_points]
+    error, shift, pieces, points = [], [], [], []
     for count in counts:
+        error.append(_errors(best, count))
         curves = periodic_orbits(parameters, force, band, count, law)
-        here = _places(curves)
+        here = [(point.kind, point.frequency) for branch in curves for point in branch.special_points]
         gaps = [min((abs(f - g) for name, g in here if name == kind), default=np.inf) for kind, f in places]
-        rows.append((count, _errors(best, count), max(gaps, default=0.0), len(curves), len(here)))
-    return HarmonicsWorth(*map(np.array, zip(*rows, strict=True)), best[0].harmonics)
-
-
-def _places(branches):
-    return [(point.kind, point.frequency) for branch in branches for point in branch.special_points]
+        shift.append(max(gaps, default=0.0))
+        pieces.append(len(curves))
+        points.append(len(here))
+    arrays = map(np.array, (counts, error, shift, pieces, points))
+    return HarmonicsWorth(*arrays, best[0].harmonics)
 
 
 def _errors(branches, count):
@@ -106,6 +111,7 @@ def _errors(branches, count):
             _, *few = equations.lines(orbit[None])
             for j, (lines, name) in enumerate(zip(few, ("shaker", "mass", "relative"), strict=True)):
                 exact = getattr(branch, name)[i]
-                padded = np.pad(lines[0], (0, exact.size - lines[0].size))
+                padded = np.zeros_like(exact)
+                padded[: count + 1] = lines[0]
                 largest[j] = max(largest[j], np.linalg.norm(padded - exact) / np.linalg.norm(exact))
     return largest

@@ -77,7 +77,9 @@ class Balance:
 
     def at(self, frequency):
         """The same equations at a given frequency (Hz), with the force over ``force`` as the last unknown."""
-        return replace(self, numbers=np.append(self.numbers[:3], frequency / self.hertz))
+        numbers = self.numbers.copy()
+        numbers[3] = frequency / self.hertz
+        return replace(self, numbers=numbers)
 
     def widened(self, fewer, x):
         """Unknowns (n,) of these equations from those ``x`` of ``fewer``, which keep odd lines only."""
@@ -88,8 +90,12 @@ class Balance:
 
     def mirrored(self, x):
         """Unknowns (n,) of an orbit's mirror image -w(theta + pi), all lines kept: even ones change their sign."""
-        even = np.append(np.repeat(np.arange(self.harmonics + 1) % 2 == 0, 2)[1:], False)
-        return np.where(even, -x, x)
+        result = x.copy()
+        result[0] *= -1
+        even = np.arange(2, self.harmonics + 1, 2)
+        result[2 * even - 1] *= -1
+        result[2 * even] *= -1
+        return result
 
     @property
     def unit(self):
@@ -114,7 +120,8 @@ class Balance:
         Omega = points[:, -1]
         W = np.zeros((len(points), self.harmonics + 1), dtype=complex)
         start = int(self.orders[0] == 0)
-        W[:, :start] = points[:, :start]
+        if start:
+            W[:, 0] = points[:, 0]
         W[:, self.orders[start:]] = points[:, start:-1:2] - 1j * points[:, start + 1 : -1 : 2]
         mu, zeta_s, _, _ = self.numbers
         s = Omega[:, None] / self.period * np.arange(self.harmonics + 1)
@@ -148,9 +155,17 @@ def balance(parameters, force, harmonics, law, period=1, symmetric=False):
     phase = 2 * np.pi / samples * (np.outer(np.arange(samples), np.arange(2 * lines + 1)) % samples)
     if symmetric:
         phase = phase[: samples // 2]
-    orders = np.arange(1, lines + 1, 2) if symmetric else np.arange(lines + 1)
-    numbers = np.array([group.mu, group.zeta_s, group.zeta, 0.0])
-    return Balance(oscillator, force, period, lines, orders, numbers, np.array(spring), np.cos(phase), np.sin(phase))
+    return Balance(
+        oscillator,
+        force,
+        period,
+        lines,
+        np.arange(1, lines + 1, 2) if symmetric else np.arange(lines + 1),
+        np.array([group.mu, group.zeta_s, group.zeta, 0.0]),
+        np.array(spring),
+        np.cos(phase),
+        np.sin(phase),
+    )
 
 
 @compiled
@@ -229,9 +244,11 @@ def residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, r
             along_c -= change.real
             along_s += change.imag
         if not sliced:
-            jacobian[c, last], jacobian[s, last] = rate * along_c, rate * along_s
+            jacobian[c, last] = rate * along_c
+            jacobian[s, last] = rate * along_s
         elif k == period:
-            jacobian[c, last], jacobian[s, last] = -drive.real, drive.imag
+            jacobian[c, last] = -drive.real
+            jacobian[s, last] = drive.imag
         else:
             jacobian[c, last], jacobian[s, last] = 0.0, 0.0
 

@@ -35,7 +35,7 @@ from .continuation import (
     STUCK,
     advance,
     breaking_direction,
-    breaking_signs,
+    breaking_sign,
     correct_at,
     distance,
     lies_on,
@@ -51,6 +51,8 @@ _SHARES = (0.03, 0.2, 0.5, 0.8, 0.97)  # of an interval with three solutions
 _LONGEST = 0.06  # relative length of a step
 _ROOM = 20_000  # orbits a curve may have
 _SAME = 1e-6  # relative distance below which two orbits are one
+
+
 _ROUNDING = 1e-8  # even lines below this share of an orbit's largest are none
 _OFF = 0.03  # relative length of the first step off a symmetric curve
 # The first that an end has.
@@ -129,16 +131,19 @@ def periodic_orbits(
         groups, lost = [(doubled, _branching_curves(every_line, doubled, bent, low, high))], []
     branches = []
     for system, members in groups:
+        joins, remarks = _joins(system, members, low, high)
         first = len(branches)
-        for curve, join, remark in zip(members, *_joins(system, members, low, high), strict=True):
+        for curve, join, remark in zip(members, joins, remarks, strict=True):
             branch = _branch(system, parameters, law, *curve)
             joined = tuple(first + i for i in join)
             branches.append(replace(branch, joins=joined, message=branch.message + remark))
     for frequency, relative in lost:
         gaps = [np.hypot(b.frequency / frequency - 1, abs(b.relative[:, 1] / relative - 1)).min() for b in branches]
         near = int(np.argmin(gaps))
-        remark = f"no orbit was found from the single-term solution {abs(relative):.4g} m at {frequency:.6g} Hz nearby"
-        branches[near] = replace(branches[near], message=f"{branches[near].message}; {remark}")
+        remark = (
+            f"; no orbit was found from the single-term solution {abs(relative):.4g} m at {frequency:.6g} Hz nearby"
+        )
+        branches[near] = replace(branches[near], message=branches[near].message + remark)
     return PeriodicOrbits(tuple(branches), parameters, equations.force, law, (low, high), harmonics)
 
 
@@ -147,14 +152,18 @@ def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmoni
 
     Parameters
     ----------
-    parameters, force, band, law
-        See `periodic_orbits`.
+    parameters : RigParameters or OscillatorParameters
+    force : float
+        Force amplitude F (N, above zero).
     frequency : float
         Forcing frequency of the known orbit (Hz), inside the band.
     relative : (k,) array_like of complex
         Its lines of z (m) at the multiples 0, 1, ... of frequency/period; missing ones are taken as zero.
+    band : (float, float)
+        Forcing frequencies (Hz).
     harmonics : int
         Multiples of the forcing frequency kept; so ``period`` times as many lines.
+    law : {"exact", "cubic"}, optional
     period : {1, 2, 3}
         Period of the orbit, in forcing periods.
 
@@ -181,10 +190,10 @@ def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmoni
             f"relative at frequency = {frequency:g} Hz is not allowed; expected lines close enough to an orbit, "
             f"but Newton's method found none in {steps} steps"
         )
-    lines = equations.lines(x[None])[3][0]
-    if period != 2 and abs(lines[::2]).max() < _ROUNDING * abs(lines).max():
+    lines = abs(equations.lines(x[None])[3][0])
+    if period != 2 and lines[::2].max() < _ROUNDING * lines.max():
         symmetric = balance(parameters, force, harmonics, law, period, symmetric=True)
-        mirrored = symmetric.unknowns(frequency, lines)
+        mirrored = symmetric.unknowns(frequency, equations.lines(x[None])[3][0])
         again, _, tangent_there = correct_at(*symmetric.system, mirrored, mirrored[-1], 10, 0.3)
         if again:
             equations, x, tangent = symmetric, mirrored, tangent_there
@@ -202,8 +211,11 @@ def _seeds(parameters, force, low, high):
     """Single-term solutions (Hz, complex z in m): the ends of the band, detached curves, then a grid."""
     oscillator = oscillator_of(parameters)
     points = [fold.frequency for fold in folds(oscillator, force)]
-    pairs = [(max(left, low), min(right, high)) for left, right in zip(points[::2], points[1::2], strict=True)]
-    inside = [left + share * (right - left) for left, right in pairs if left < right for share in _SHARES]
+    inside = []
+    for left, right in zip(points[::2], points[1::2], strict=True):
+        left, right = max(left, low), min(right, high)
+        if left < right:
+            inside += [left + share * (right - left) for share in _SHARES]
     frequency = np.array([low, high, *inside, *np.geomspace(low, high, _SEEDS)[1:-1]])
     response = frequency_response(oscillator, force, frequency)
     return [(f, z) for f, row in zip(frequency, response.relative, strict=True) for z in row if np.isfinite(z)]
@@ -234,11 +246,12 @@ def _add_curve(equations, curves, x, low, high):
 
 def _curve(equations, x, tangent, low, high):
     """Orbits of the whole curve through x, their tangents, why it ends at its two ends, indices of its folds."""
-    edges, system = (low / equations.hertz, high / equations.hertz), equations.system
-    points, tangents, code = trace(*system, x, tangent, *edges, _LONGEST, _ROOM, -1)
+    edges = low / equations.hertz, high / equations.hertz
+    system = equations.system
+    points, tangents, _, code = trace(*system, x, tangent, *edges, _LONGEST, _ROOM, -1)
     ends = code, code
     if code != CLOSED:
-        back, back_tangents, other = trace(*system, x, -tangent, *edges, _LONGEST, _ROOM, -1)
+        back, back_tangents, _, other = trace(*system, x, -tangent, *edges, _LONGEST, _ROOM, -1)
         points = np.concatenate([back[:0:-1], points])
         tangents = np.concatenate([-back_tangents[:0:-1], tangents])
         ends = other, code
@@ -253,8 +266,6 @@ def _curve(equations, x, tangent, low, high):
 def _with_folds(system, points, tangents):
     """The curve with an orbit put in at every fold; indices of those."""
     turning = np.flatnonzero(tangents[:-1, -1] * tangents[1:, -1] < 0)
-    if not turning.size:
-        return points, tangents, ()
     extra, extra_tangents = [], []
     for i in turning:
         sizes = np.append(np.full(points.shape[1] - 1, np.linalg.norm(points[i, :-1])), points[i, -1])
@@ -264,8 +275,11 @@ def _with_folds(system, points, tangents):
             raise RuntimeError(f"the fold between Omega = {points[i, -1]} and {points[i + 1, -1]} was not located")
         extra.append(point)
         extra_tangents.append(unit_tangent(point, tangent))
-    whole = (np.insert(old, turning + 1, new, axis=0) for old, new in ((points, extra), (tangents, extra_tangents)))
-    return *whole, tuple((turning + 1 + np.arange(turning.size)).tolist())
+    if not extra:
+        return points, tangents, ()
+    points = np.insert(points, turning + 1, extra, axis=0)
+    tangents = np.insert(tangents, turning + 1, extra_tangents, axis=0)
+    return points, tangents, tuple((turning + 1 + np.arange(turning.size)).tolist())
 
 
 def _branch(equations, parameters, law, points, _, ends, turns):
@@ -280,11 +294,13 @@ def _branch(equations, parameters, law, points, _, ends, turns):
 
 
 def _end(code, frequency):
-    told = f"reaches {frequency:g} Hz"
-    at = f"at {frequency:.6f} Hz"
-    stuck = f"stopped {at}, where Newton's method did not converge at the shortest step"
-    full = f"stopped {at}, after {_ROOM} orbits"
-    return {LOW: told, HIGH: told, STUCK: stuck, MIRROR: f"branches off {at}", FULL: full}[code]
+    return {
+        LOW: f"reaches {frequency:g} Hz",
+        HIGH: f"reaches {frequency:g} Hz",
+        STUCK: f"stopped at {frequency:.6f} Hz, where Newton's method did not converge at the shortest step",
+        MIRROR: f"branches off at {frequency:.6f} Hz",
+        FULL: f"stopped at {frequency:.6f} Hz, after {_ROOM} orbits",
+    }[code]
 
 
 def _branching_curves(base, equations, curves, low, high):
@@ -293,8 +309,9 @@ def _branching_curves(base, equations, curves, low, high):
     From symmetric orbits to those with every line, or from those to orbits of twice the period.
     """
     places, parity = [], 0 if equations.period == base.period else 1
-    for points, *_ in curves:
-        signs = breaking_signs(*equations.system, _with_every_line(base, equations, points), parity)
+    for points, _, _, _ in curves:
+        full = _with_every_line(base, equations, points)
+        signs = np.array([breaking_sign(*equations.system, x, parity) for x in full])
         turns = np.flatnonzero(signs[:-1] * signs[1:] < 0)
         places += [_breaking_point(base, equations, points[i], points[i + 1], signs[i], parity) for i in turns]
     found, used = [], set()
@@ -309,14 +326,16 @@ def _branching_curves(base, equations, curves, low, high):
                 break
         else:
             continue  # they leave the band at once
-        points, tangents, code = trace(*equations.system, first, tangent, *edges, _LONGEST, _ROOM, parity)
-        points, tangents = np.vstack([place, points]), np.vstack([unit_tangent(place, direction), tangents])
+        points, tangents, _, code = trace(*equations.system, first, tangent, *edges, _LONGEST, _ROOM, parity)
+        points = np.concatenate([place[None], points])
+        tangents = np.concatenate([unit_tangent(place, direction)[None], tangents])
         if code == MIRROR:
             last = min(range(len(places)), key=lambda i: distance(places[i], points[-1]))
             used.add(last)
             inwards = breaking_direction(*equations.system, places[last], parity)
             inwards *= np.sign(np.dot(inwards, points[-1] - points[-2]))
-            points, tangents = np.vstack([points, places[last]]), np.vstack([tangents, inwards])
+            points = np.concatenate([points, places[last][None]])
+            tangents = np.concatenate([tangents, inwards[None]])
         points, tangents, turns = _with_folds(equations.system, points, tangents)
         found.append((points, tangents, (MIRROR, code), turns))
     return found
@@ -330,17 +349,19 @@ def _with_every_line(base, equations, points):
 
 
 def _breaking_point(base, equations, start, end, sign, parity):
-    """The orbit, with every line, between two of ``base`` at which the `breaking_signs` change; by bisection."""
+    """The orbit, with every line, between two of ``base`` at which the `breaking_sign` changes; by bisection."""
     length = distance(end, start)
     chord = (end - start) / length
     left, right = 0.0, length
     while right - left > 1e-12:
         middle = 0.5 * (left + right)
         _, _, x, _ = advance(*base.system, start, chord, middle)
-        x = _with_every_line(base, equations, x[None])
-        same = breaking_signs(*equations.system, x, parity)[0] == sign
-        left, right = (middle, right) if same else (left, middle)
-    return x[0]
+        x = _with_every_line(base, equations, x[None])[0]
+        if breaking_sign(*equations.system, x, parity) == sign:
+            left = middle
+        else:
+            right = middle
+    return x
 
 
 def _joins(equations, curves, low, high):
@@ -354,10 +375,11 @@ def _joins(equations, curves, low, high):
         for i, end in ends:
             points, tangents, _, _ = curves[i]
             x, tangent = (points[0], -tangents[0]) if end == 0 else (points[-1], tangents[-1])
-            outside, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM, -1)
-            others = [(j, curves[j][0][-other]) for j, other in ends if (j, other) != (i, end)]
-            back = {j for j, point in others if distance(outside[-1], point) < _SAME}
-            joins[i] |= back
+            outside, _, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM, -1)
+            back = [
+                j for j, other in ends if (j, other) != (i, end) and distance(outside[-1], curves[j][0][-other]) < _SAME
+            ]
+            joins[i].update(back)
             if not back and why not in (LOW, HIGH):
                 where = outside[-1, -1] * equations.hertz
                 remarks[i] += f"; beyond {edge:g} Hz followed only to {_end(why, where)}"

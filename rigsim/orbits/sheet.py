@@ -91,7 +91,7 @@ def slice_at(symmetric, full, frequency, ceiling):
     if not good:
         return Slice(frequency, Line(x[None], x[None], ()), ())
     tangent *= math.copysign(1.0, tangent[-1])
-    points, tangents, _ = trace(*odd.system, x, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, -1)
+    points, tangents, _, _ = trace(*odd.system, x, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, -1)
     rest = _line(odd, points, tangents)
     return Slice(frequency, rest, tuple(_branching_lines(odd, every, points, ceiling)))
 
@@ -132,11 +132,14 @@ def _branching_lines(odd, every, points, ceiling):
                 break
         else:
             continue
-        line, tangents, code = trace(*every.system, first, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, 0)
+        line, tangents, _, code = trace(*every.system, first, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, 0)
         if code == MIRROR:
             used.add(min(range(len(places)), key=lambda i, end=line[-1]: distance(places[i], end)))
-        points, along = np.vstack([place, line]), np.vstack([unit_tangent(place, direction), tangents])
-        yield _line(every, points, along)
+        yield _line(
+            every,
+            np.concatenate([place[None], line]),
+            np.concatenate([unit_tangent(place, direction)[None], tangents]),
+        )
 
 
 def _breaking_point(odd, every, start, end, sign):
@@ -152,7 +155,13 @@ def _breaking_point(odd, every, start, end, sign):
 
 
 def slices(symmetric, full, low, high):
-    """A list of slices, from ``low`` up to ``high`` (Hz), so close that every curve at the wanted force passes one."""
+    """Slices from ``low`` to ``high`` (Hz), so close that every curve at the wanted force passes one.
+
+    Returns
+    -------
+    list of Slice
+        Ascending in frequency.
+    """
     cut = lambda f: slice_at(symmetric, full, f, _ceiling(symmetric, f))  # noqa: E731
     first = [cut(float(f)) for f in np.geomspace(low, high, _SLICES)]
     result = first[:1]

@@ -65,12 +65,49 @@ class SpecialPoint:
 
 
 @compiled
+def _determinant(matrix):
+    """Determinant by elimination with row exchanges, in place."""
+    n = matrix.shape[0]
+    result = 1.0 + 0.0j
+    for i in range(n):
+        pivot, largest = i, 0.0
+        for j in range(i, n):
+            size = abs(matrix[j, i].real) + abs(matrix[j, i].imag)
+            if size > largest:
+                pivot, largest = j, size
+        if largest == 0.0:
+            return 0.0j
+        if pivot != i:
+            for k in range(i, n):
+                matrix[i, k], matrix[pivot, k] = matrix[pivot, k], matrix[i, k]
+            result = -result
+        result *= matrix[i, i]
+        inverse = 1.0 / matrix[i, i]
+        for j in range(i + 1, n):
+            factor = matrix[j, i] * inverse
+            if factor != 0.0:
+                for k in range(i + 1, n):
+                    matrix[j, k] -= factor * matrix[i, k]
+    return result
+
+
+@compiled
 def _unforced_exponents(mu, zeta_s, zeta, q0):
     """The alpha_j: roots of d(sigma), polished by Newton's method."""
-    third, second = 2.0 * zeta_s + 2.0 * zeta * (1.0 + mu), 1.0 + 4.0 * zeta * zeta_s + q0 * (1.0 + mu)
-    coefficients = np.array([1.0, third, second, 2.0 * zeta + 2.0 * zeta_s * q0, q0])
-    companion = np.eye(4, k=-1, dtype=np.complex128)
-    companion[0] = -coefficients[1:]
+    coefficients = np.array(
+        [
+            1.0,
+            2.0 * zeta_s + 2.0 * zeta * (1.0 + mu),
+            1.0 + 4.0 * zeta * zeta_s + q0 * (1.0 + mu),
+            2.0 * zeta + 2.0 * zeta_s * q0,
+            q0,
+        ]
+    )
+    companion = np.zeros((4, 4), dtype=np.complex128)
+    for i in range(4):
+        companion[0, i] = -coefficients[i + 1]
+    for i in range(3):
+        companion[i + 1, i] = 1.0
     roots = np.linalg.eigvals(companion)
     for i in range(4):
         for _ in range(2):
@@ -116,7 +153,7 @@ def _hill_value(exponent, kappa, alphas, q, rows, mu, zeta_s):
                 matrix[a, a - m] = D * q[m]
             if a + m < n:
                 matrix[a, a + m] = D * q[m].conjugate()
-    value *= np.linalg.det(matrix)
+    value *= _determinant(matrix)
     far = _FAR * rows
     ratio = np.empty(2 * far + 1, dtype=np.complex128)
     for a in range(2 * far + 1):
@@ -155,8 +192,10 @@ def _hill_polynomials(numbers, law, period, orders, cosine, sine, points):
         for k in range(stride, 2 * h + 1, stride):
             if math.hypot(A[k], B[k]) / 2.0 > 1e-13 * largest:
                 lines = k // stride
-        kept = np.arange(lines + 1) * stride
-        q = 0.5 * (A[kept] - 1j * B[kept])
+        q = np.empty(lines + 1, dtype=np.complex128)
+        q[0] = 0.5 * A[0]
+        for m in range(1, lines + 1):
+            q[m] = 0.5 * complex(A[stride * m], -B[stride * m])
         rows = max(6, int(math.ceil(math.sqrt((1.0 + mu) * largest / _SMALL) / kappa)), lines // 2 + 2)
         alphas = _unforced_exponents(mu, zeta_s, zeta, 0.5 * A[0])
         first = _hill_value(0.125j * kappa, kappa, alphas, q, rows, mu, zeta_s)
@@ -170,10 +209,16 @@ def _hill_polynomials(numbers, law, period, orders, cosine, sine, points):
 
 
 def characteristic_polynomials(equations, points):
-    """Coefficients c_0 ... c_3 (k, 4), leading one 1, of characteristic polynomials at points (k, n) of a `Balance`.
+    """Coefficients c_0, c_1, c_2, c_3 (k, 4) of the characteristic polynomials, leading coefficient 1.
 
-    Over the orbit's period; if only odd lines are kept, over half of it, when a root at -1 belongs to a fold and one at
-    +1 to a loss of symmetry.
+    Over the orbit's period; if only odd lines are kept, over half of it, when a root at -1 belongs to a
+    fold and one at +1 to a loss of symmetry.
+
+    Parameters
+    ----------
+    equations : Balance
+    points : (k, n) array
+        Its unknowns at the orbits.
     """
     return _hill_polynomials(*equations.system, np.ascontiguousarray(points))
 
@@ -211,11 +256,24 @@ def _test_values(equations, points):
 
 
 def stability_changes(equations, points, folds):
-    """Every `SpecialPoint` along a traced curve, in its order, a tuple; points are (k, n), folds their known indices.
+    """Every `SpecialPoint` along a traced curve.
 
     A sign change of a test function between two orbits is followed in between by arc-length steps and Brent's method,
     to 1e-9 of the relative length, so far below 1e-3 Hz. Where the product of two multipliers passes 1 they may be
     real, which changes nothing; only a complex pair on the unit circle is a Neimark-Sacker point.
+
+    Parameters
+    ----------
+    equations : Balance
+    points : (k, n) array
+        Its unknowns along the curve.
+    folds : tuple of int
+        Orbits known to be folds.
+
+    Returns
+    -------
+    tuple of SpecialPoint
+        In the order of the curve.
     """
     names = ("symmetry breaking" if equations.orders[0] != 0 else "period doubling"), "Neimark-Sacker"
     values = _test_values(equations, points)
@@ -226,8 +284,9 @@ def stability_changes(equations, points, folds):
         ends = {0.0: values[i, test], length: values[i + 1, test]}
 
         def value(step, start=points[i], chord=chord, test=test, ends=ends):
-            known = ends.get(step)
-            return _test_values(equations, _step(equations, start, chord, step))[0, test] if known is None else known
+            return (
+                ends[step] if step in ends else _test_values(equations, _step(equations, start, chord, step))[0, test]
+            )
 
         place = _step(equations, points[i], chord, brentq(value, 0.0, length, xtol=1e-9))
         point = _special_point(equations, names[test], place, int(i))
