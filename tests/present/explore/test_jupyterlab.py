@@ -17,7 +17,7 @@ from nbformat.v4 import new_code_cell, new_markdown_cell
 from tests.present.small_notebooks import write_notebook
 
 pytestmark = pytest.mark.full
-NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
+NOTEBOOKS = Path(__file__).parents[3] / "notebooks"
 PANEL = [
     new_markdown_cell("# A panel"),
     new_code_cell(
