@@ -36,12 +36,12 @@ def fit_sines(time, signals, frequencies):
     gram = _gram(time[0], spacing, len(time), omega)
     # A trace of ridge, which the refinement takes out again, keeps sines that the time cannot tell apart harmless.
     gram[np.diag_indices_from(gram)] += 1e-12 * len(time)
-    factor = scipy.linalg.cho_factor(gram, check_finite=False)
+    factor, _ = scipy.linalg.cho_factor(gram, check_finite=False)
     residual = np.array(signals, order="C")
     total = 0.0
     for _ in range(2):
         sums = _project(time[0], spacing, residual, omega)
-        solution = scipy.linalg.cho_solve(factor, np.concatenate([sums.real, sums.imag[1:]]), check_finite=False)
+        solution, _ = scipy.linalg.lapack.dpotrs(factor, np.concatenate([sums.real, sums.imag[1:]]))
         amplitudes = solution[: len(omega)] + 0j
         amplitudes[1:] -= 1j * solution[len(omega) :]
         _subtract(time[0], spacing, residual, omega, amplitudes)
@@ -53,7 +53,11 @@ def _gram(start, spacing, count, omega):
     """Products of the columns [cos, sin (but for the mean)] summed over the samples, by geometric series."""
     plus, minus = (_sum_of_rotations(start, spacing, count, np.add.outer(omega, sign * omega)) for sign in (1, -1))
     cc, ss, cs = (plus + minus).real / 2, (minus - plus).real / 2, (plus - minus).imag / 2
-    return np.block([[cc, cs[:, 1:]], [cs[:, 1:].T, ss[1:, 1:]]])
+    gram = np.empty((2 * len(omega) - 1,) * 2)
+    cosines, sines = slice(len(omega)), slice(len(omega), None)
+    gram[cosines, cosines], gram[sines, sines] = cc, ss[1:, 1:]
+    gram[cosines, sines], gram[sines, cosines] = cs[:, 1:], cs[:, 1:].T
+    return gram
 
 
 def _sum_of_rotations(start, spacing, count, omega):

@@ -34,20 +34,19 @@ def read_window(time, displacements, f):
     verdict : tuple of (Status, str)
         And the reason in words and figures.
     """
-    signals = np.column_stack([displacements, displacements[:, 0] - displacements[:, 1]])
-    window, lines, left = _fit_period(time, signals, f, 1)
+    window, lines, left = _fit_period(time, displacements, f, 1)
     below, stray = strongest_lines(window, left, (_LOWEST, f), (_LOWEST, HARMONICS * f))
     parts = 1
     if below[1] > STRAY * abs(lines[0, 2]):
-        parts = _subharmonic_parts(time, signals, f, below[0])
+        parts = _subharmonic_parts(time, displacements, f, below[0])
     if parts > 1:
-        _, lines, _ = _fit_period(time, signals, f, parts)
+        _, lines, _ = _fit_period(time, displacements, f, parts)
         strongest = np.abs(lines[: parts - 1, 2]).argmax()
         below = (strongest + 1) * f / parts, abs(lines[strongest, 2])
     harmonics = np.abs(lines[parts - 1 :: parts])
     fundamental, distortion = lines[parts - 1], harmonics[1:].max(axis=0) / harmonics[0]
     z = harmonics[0, 2]
-    drift = _drift(window, signals[-len(window) :, 2:], f, parts)
+    drift = _drift(window, -np.diff(displacements[-len(window) :]), f, parts)
     told = f"z drifts by {drift:.2g} between half windows"
     line, steady = f"line at {stray[0]:.3f} Hz of {stray[1] / z:.1%} of z", drift < DRIFT
     if parts > 1 and steady:
@@ -61,15 +60,18 @@ def read_window(time, displacements, f):
     return fundamental, distortion, (below[1] / z, f / below[0]), drift, verdict
 
 
-def _fit_period(time, signals, f, parts):
-    """Lines at multiples of f/parts over the last whole periods of parts/f: time, lines, and what they leave of z."""
+def _fit_period(time, displacements, f, parts):
+    """Lines of xs, x and z at multiples of f/parts over the last whole periods of parts/f, and what they leave of z.
+
+    Returned are time, lines and remainder. A fit is linear, so those of z follow from the others.
+    """
     whole = np.floor((time[-1] - time[0]) * f / parts * (1 + 1e-9)) * parts / f
     inside = time > time[-1] - (1 - 1e-9) * whole
-    lines, left = fit_sines(time[inside], signals[inside], f / parts * np.arange(1, HARMONICS * parts + 1))
-    return time[inside], lines, left[:, 2]
+    lines, left = fit_sines(time[inside], displacements[inside], f / parts * np.arange(1, HARMONICS * parts + 1))
+    return time[inside], np.column_stack([lines, -np.diff(lines)]), left[:, 0] - left[:, 1]
 
 
-def _subharmonic_parts(time, signals, f, below):
+def _subharmonic_parts(time, displacements, f, below):
     """Smallest n whose lines at multiples of f/n, one of them near ``below``, leave next to nothing of z, or 1."""
     length = time[-1] - time[0]
     for n in (2, 3, 4, 5):
@@ -78,7 +80,7 @@ def _subharmonic_parts(time, signals, f, below):
         if abs(off) * f / n > 1 / length or length * f < n:
             continue
         # Fitted together with the line at f, since the part line can be the larger one.
-        window, lines, left = _fit_period(time, signals, f, n)
+        window, lines, left = _fit_period(time, displacements, f, n)
         if strongest_lines(window, left, (_LOWEST, HARMONICS * f))[0][1] <= STRAY * np.abs(lines[:, 2]).max():
             return n
     return 1

@@ -122,18 +122,26 @@ def centre_damping(q, v, rig, wires, mass, h, damping, force):
     if rig.wire_damping != 0.0:
         damping_matrix(q, rig, wires, damping)
         _centre_any_damping(v, mass, h, damping, force)
-        return
-    lever = -rig.LG * np.sin(q[3])  # g = (1, -1, 0, lever)
+    else:
+        _centre_axial_damping(q, v, rig, mass, h, force)
+
+
+@compiled
+def _centre_axial_damping(q, v, rig, mass, h, force):
+    """`centre_damping` without dampers in the wires."""
+    half, lever = h / 2, -rig.LG * np.sin(q[3])  # g = (1, -1, 0, lever)
     stretching = rig.c * (v[0] - v[1] + lever * v[3])
-    first = (force[0] - rig.cs * v[0] - stretching) / (mass[0] + h / 2 * rig.cs)
-    second = (force[1] + stretching) / mass[1]
-    fourth = (force[3] - rig.rocking_damping * v[3] - lever * stretching) / (mass[3] + h / 2 * rig.rocking_damping)
-    ones = 1.0 / (mass[0] + h / 2 * rig.cs), 1.0 / mass[1], lever / (mass[3] + h / 2 * rig.rocking_damping)
-    share = h / 2 * rig.c * (first - second + lever * fourth)
-    share /= 1.0 + h / 2 * rig.c * (ones[0] + ones[1] + lever * ones[2])
-    force[0] = mass[0] * (first - share * ones[0])
-    force[1] = mass[1] * (second + share * ones[1])
-    force[3] = mass[3] * (fourth - share * ones[2])
+    # What a unit of force at xs, X and the tilt adds without the axial damper, and what these forces add.
+    frame, axial = 1.0 / (mass[0] + half * rig.cs), 1.0 / mass[1]
+    rocking = 1.0 / (mass[3] + half * rig.rocking_damping)
+    first = frame * (force[0] - rig.cs * v[0] - stretching)
+    second = axial * (force[1] + stretching)
+    fourth = rocking * (force[3] - rig.rocking_damping * v[3] - lever * stretching)
+    share = half * rig.c * (first - second + lever * fourth)
+    share /= 1.0 + half * rig.c * (frame + axial + lever * lever * rocking)
+    force[0] = mass[0] * (first - share * frame)
+    force[1] = mass[1] * (second + share * axial)
+    force[3] = mass[3] * (fourth - share * lever * rocking)
 
 
 @compiled
