@@ -40,9 +40,13 @@ BROKEN = "the test that fails does so without the mutation, too"
 
 # Tests of a file besides tests/<room>/test_<name>.py.
 ALSO = {
+    "parameters.py": ["test_promises.py"],
+    "model/excitation.py": ["test_promises.py"],
+    "experiment/random_test.py": ["test_promises.py"],
+    "experiment/sine_test.py": ["test_promises.py"],
     "model/oscillator.py": ["model/test_modes.py"],
     "theory/cubic.py": ["theory/test_amplitude.py", "theory/test_floquet.py"],
-    "attraction/motions.py": ["attraction/test_attractors.py"],
+    "attraction/motions.py": ["attraction/test_attractors.py", "orbits/test_subharmonics.py"],
     "attraction/settle.py": ["attraction/test_attractors.py", "attraction/test_basins.py"],
     "attraction/traps.py": ["attraction/test_attractors.py", "attraction/test_basins.py"],
     "orbits/branches.py": ["orbits/test_periodic_orbits.py", "orbits/test_stability.py"],
@@ -52,6 +56,7 @@ ALSO = {
     "orbits/periodic_orbits.py": ["orbits/test_continuation.py", "orbits/test_stability.py"],
     "orbits/shooting.py": ["orbits/test_stability.py"],
     "experiment/steady.py": ["experiment/test_sine_test.py"],
+    "identification/identify.py": ["test_promises.py"],
     "identification/refine.py": ["identification/test_identify.py"],
     "campaign/checkpoint.py": ["campaign/test_run.py"],
     "campaign/code.py": ["campaign/test_run.py"],
@@ -156,7 +161,7 @@ def changes(node, rng):
             yield "logic", str(not node.value)
         case ast.Constant(int()):
             yield "whole", str(node.value + rng.choice((-1, 1)))
-        case ast.Constant(float()) if node.value == 0:
+        case ast.Constant(float() | complex()) if node.value == 0:
             yield "constant", "1.0"
         case ast.Constant(float() | complex()):
             yield "constant", repr(node.value * (1e3 if abs(node.value) < 1e-5 else rng.choice((0.5, 2.0))))
