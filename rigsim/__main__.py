@@ -63,43 +63,33 @@ def _parser():
         return command
 
     report = add(
-        "report",
-        _report,
-        "run every notebook and write reports/*.html",
+        "report", _report, "run every notebook and write reports/*.html",
         "Runs the notebooks and writes each as one offline HTML page, with an index: reports/index.html.",
-    )
-    report.add_argument(
-        "names", nargs="*", metavar="notebook", help="only these, by name or number: 03, 03_detached_curves"
-    )
+    )  # fmt: skip
+    named = "by name or number: 03, 03_detached_curves"
+    report.add_argument("names", nargs="*", metavar="notebook", help=f"only these, {named}")
     report.add_argument("--output", type=Path, default=ROOT / "reports", help="folder to write to (default: reports/)")
 
     test = add(
-        "test",
-        _test,
-        "run the unit tests, and the notebooks under nbval",
+        "test", _test, "run the unit tests, and the notebooks under nbval",
         "Runs ruff, the unit tests and, beside them, every notebook under nbval. Any other argument goes to pytest\n"
         "(-k NAME, -x, a file ...), and then only pytest runs, on what those arguments choose.",
-        extras=("test", "browser"),
-        passes_on=True,
-    )
+        extras=("test", "browser"), passes_on=True,
+    )  # fmt: skip
     test.add_argument("--full", action="store_true", help="add the long checks (under 40 minutes instead of under 10)")
     test.add_argument("--soak", action="store_true", help="add those that are longer still")
 
     lab = add(
-        "lab",
-        _lab,
-        "open the notebooks in JupyterLab",
+        "lab", _lab, "open the notebooks in JupyterLab",
         "Starts JupyterLab in notebooks/. Any other argument goes to JupyterLab (--no-browser, --port=8899 ...).",
         passes_on=True,
-    )
-    lab.add_argument("notebook", nargs="?", help="the notebook to open, by name or number: 03, 03_detached_curves")
+    )  # fmt: skip
+    lab.add_argument("notebook", nargs="?", help=f"the notebook to open, {named}")
 
     bench = add(
-        "bench",
-        _bench,
-        "measure speed, as ratios to a unit measured in the same run",
+        "bench", _bench, "measure speed, as ratios to a unit measured in the same run",
         "Runs tests/benchmarks and prints a table: what was measured, and its ratio to the unit of the same benchmark.",
-    )
+    )  # fmt: skip
     bench.add_argument("names", nargs="*", metavar="benchmark", help="only these; all but peers by default")
     return parser
 

@@ -30,13 +30,7 @@ def positive(name, value, unit=""):
 
 
 def integer(name, value, *, low, high=math.inf):
-    """Return ``value`` as an int inside [low, high].
-
-    Raises
-    ------
-    ValueError
-        If the value is not a whole number, or lies outside the range.
-    """
+    """Return ``value`` as an int inside [low, high], or raise `ValueError`."""
     number = real(name, value, low=low, high=high)
     if number != int(number):
         raise ValueError(f"{name} = {digits(number)} is not allowed; expected a whole number")
@@ -44,32 +38,16 @@ def integer(name, value, *, low, high=math.inf):
 
 
 def one_of(name, value, allowed):
-    """Return ``value`` if it is one of ``allowed``.
-
-    Raises
-    ------
-    ValueError
-        If it is not.
-    """
+    """Return ``value`` if it is one of ``allowed``, else raise `ValueError`."""
     if value not in allowed:
         raise ValueError(f"{name} = {value!r} is not allowed; expected one of {', '.join(map(repr, allowed))}")
     return value
 
 
 def array(name, values, unit="", *, low=-math.inf, high=math.inf, low_open=False, ndim=1, min_size=1):
-    """Return ``values`` as a float array whose every element lies in the range of `real`.
+    """Return ``values`` as a float array of ``ndim`` dimensions and ``min_size`` elements or more, all as `real` wants.
 
-    Parameters
-    ----------
-    ndim : int
-        Number of dimensions wanted; a scalar is widened to one dimension.
-    min_size : int
-        Fewest elements allowed.
-
-    Raises
-    ------
-    ValueError
-        Naming the first element that is not finite or lies outside the range.
+    A scalar is widened to one dimension. `ValueError` names the first element that is not allowed.
     """
     try:
         result = np.asarray(values, dtype=float)

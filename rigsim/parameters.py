@@ -9,8 +9,9 @@ from . import checks
 from .results import Result
 
 
-def _quantity(unit, meaning, **options):
-    return field(metadata={"unit": unit, "meaning": meaning}, **options)
+def _quantity(unit, meaning, *, allowed=None, **options):
+    """A field with its unit, its meaning and, if it is a plain number, the range that `checks.real` allows it."""
+    return field(metadata={"unit": unit, "meaning": meaning, "allowed": allowed}, **options)
 
 
 class _Table(Result):
@@ -39,30 +40,27 @@ class _Table(Result):
     def _repr_html_(self):
         return self.table().to_html()
 
-    def _check(self, **ranges):
-        """Replace each named field by its checked float; see `checks.real` for the ranges."""
+    def __post_init__(self):
         for item in fields(self):
-            if item.name in ranges:
-                value = checks.real(item.name, getattr(self, item.name), item.metadata["unit"], **ranges[item.name])
+            if item.metadata["allowed"] is not None:
+                value = getattr(self, item.name)
+                value = checks.real(item.name, value, item.metadata["unit"], **item.metadata["allowed"])
                 object.__setattr__(self, item.name, value)
 
 
-_POSITIVE = {"low": 0.0, "low_open": True}
-_NOT_NEGATIVE = {"low": 0.0}
+_POSITIVE = {"allowed": {"low": 0.0, "low_open": True}}
+_NOT_NEGATIVE = {"allowed": {"low": 0.0}}
 
 
 @dataclass(frozen=True)
 class Nondimensional(_Table):
     """The five numbers of Eqs. (4a, b): the paper's Table 5."""
 
-    mu: float = _quantity("", "mass ratio m/ms")
-    zeta_s: float = _quantity("", "damping ratio of the shaker, cs/(2 ms omega_s)")
-    zeta: float = _quantity("", "damping ratio of the attachment, c/(2 m omega_s)")
-    Omega0: float = _quantity("", "frequency ratio sqrt(k1/m)/omega_s")
-    gamma: float = _quantity("", "nonlinear coefficient k3 (F/ks)^2/(mu ks)")
-
-    def __post_init__(self):
-        self._check(mu=_POSITIVE, zeta_s=_NOT_NEGATIVE, zeta=_NOT_NEGATIVE, Omega0=_NOT_NEGATIVE, gamma=_NOT_NEGATIVE)
+    mu: float = _quantity("", "mass ratio m/ms", **_POSITIVE)
+    zeta_s: float = _quantity("", "damping ratio of the shaker, cs/(2 ms omega_s)", **_NOT_NEGATIVE)
+    zeta: float = _quantity("", "damping ratio of the attachment, c/(2 m omega_s)", **_NOT_NEGATIVE)
+    Omega0: float = _quantity("", "frequency ratio sqrt(k1/m)/omega_s", **_NOT_NEGATIVE)
+    gamma: float = _quantity("", "nonlinear coefficient k3 (F/ks)^2/(mu ks)", **_NOT_NEGATIVE)
 
 
 @dataclass(frozen=True)
@@ -75,24 +73,13 @@ class OscillatorParameters(_Table):
         If a mass or ``ks`` is not above zero, or another value is negative or not finite.
     """
 
-    ms: float = _quantity("kg", "mass of the shaker's moving part and frame")
-    ks: float = _quantity("N/m", "stiffness of the shaker")
-    cs: float = _quantity("N s/m", "damping of the shaker")
-    m: float = _quantity("kg", "suspended mass")
-    c: float = _quantity("N s/m", "axial damping of the suspension")
-    k1: float = _quantity("N/m", "linear stiffness of the suspension")
-    k3: float = _quantity("N/m^3", "cubic stiffness of the suspension")
-
-    def __post_init__(self):
-        self._check(
-            ms=_POSITIVE,
-            ks=_POSITIVE,
-            cs=_NOT_NEGATIVE,
-            m=_POSITIVE,
-            c=_NOT_NEGATIVE,
-            k1=_NOT_NEGATIVE,
-            k3=_NOT_NEGATIVE,
-        )
+    ms: float = _quantity("kg", "mass of the shaker's moving part and frame", **_POSITIVE)
+    ks: float = _quantity("N/m", "stiffness of the shaker", **_POSITIVE)
+    cs: float = _quantity("N s/m", "damping of the shaker", **_NOT_NEGATIVE)
+    m: float = _quantity("kg", "suspended mass", **_POSITIVE)
+    c: float = _quantity("N s/m", "axial damping of the suspension", **_NOT_NEGATIVE)
+    k1: float = _quantity("N/m", "linear stiffness of the suspension", **_NOT_NEGATIVE)
+    k3: float = _quantity("N/m^3", "cubic stiffness of the suspension", **_NOT_NEGATIVE)
 
     @property
     def oscillator(self):
@@ -149,42 +136,28 @@ class RigParameters(_Table):
         a wire set lies beyond the cylinder, or if ``k`` has the wrong length.
     """
 
-    ms: float = _quantity("kg", "mass of the shaker's moving part and frame", default=0.154)
-    ks: float = _quantity("N/m", "stiffness of the shaker", default=1.88e4)
-    cs: float = _quantity("N s/m", "damping of the shaker", default=9.86)
-    m: float = _quantity("kg", "suspended mass", default=0.0052)
-    c: float = _quantity("N s/m", "axial damping between frame and P", default=0.026)
+    ms: float = _quantity("kg", "mass of the shaker's moving part and frame", default=0.154, **_POSITIVE)
+    ks: float = _quantity("N/m", "stiffness of the shaker", default=1.88e4, **_POSITIVE)
+    cs: float = _quantity("N s/m", "damping of the shaker", default=9.86, **_NOT_NEGATIVE)
+    m: float = _quantity("kg", "suspended mass", default=0.0052, **_POSITIVE)
+    c: float = _quantity("N s/m", "axial damping between frame and P", default=0.026, **_NOT_NEGATIVE)
     k: float | tuple[float, ...] = _quantity("N/m", "stiffness of a wire, one number or one per wire", default=4e4)
-    d: float = _quantity("m", "installed length of a wire", default=0.034)
-    d0: float = _quantity("m", "unstretched length of a wire", default=0.033997)
-    Lm: float = _quantity("m", "length of the cylinder", default=0.025)
-    Rm: float = _quantity("m", "radius of the cylinder", default=0.004)
-    LG: float = _quantity("m", "centre of mass along the axis from P", default=0.025 / 8)
+    d: float = _quantity("m", "installed length of a wire", default=0.034, **_POSITIVE)
+    d0: float = _quantity("m", "unstretched length of a wire", default=0.033997, **_POSITIVE)
+    Lm: float = _quantity("m", "length of the cylinder", default=0.025, **_POSITIVE)
+    Rm: float = _quantity("m", "radius of the cylinder", default=0.004, **_POSITIVE)
+    LG: float = _quantity("m", "centre of mass along the axis from P", default=0.025 / 8, allowed={})
     wire_sets: int = _quantity("", "number of wire sets: 1 (Fig. 1) or 2 (Fig. 2)", default=2)
     set_half_spacing: float | None = _quantity("m", "distance of each of two sets from P", default=None)
-    gravity: float = _quantity("m/s^2", "acceleration of gravity", default=9.81)
-    wire_damping: float = _quantity("N s/m", "damping along each wire", default=0.0)
-    rocking_damping: float = _quantity("N m s/rad", "damping of the tilt rate", default=0.0)
+    gravity: float = _quantity("m/s^2", "acceleration of gravity", default=9.81, **_NOT_NEGATIVE)
+    wire_damping: float = _quantity("N s/m", "damping along each wire", default=0.0, **_NOT_NEGATIVE)
+    rocking_damping: float = _quantity("N m s/rad", "damping of the tilt rate", default=0.0, **_NOT_NEGATIVE)
     tension_only: bool = _quantity("", "whether slack wires let go instead of pushing", default=False)
 
     plots = {"rig": "rig_figure", "wire law": "wire_law_figure"}
 
     def __post_init__(self):
-        self._check(
-            ms=_POSITIVE,
-            ks=_POSITIVE,
-            cs=_NOT_NEGATIVE,
-            m=_POSITIVE,
-            c=_NOT_NEGATIVE,
-            d=_POSITIVE,
-            d0=_POSITIVE,
-            Lm=_POSITIVE,
-            Rm=_POSITIVE,
-            LG={},
-            gravity=_NOT_NEGATIVE,
-            wire_damping=_NOT_NEGATIVE,
-            rocking_damping=_NOT_NEGATIVE,
-        )
+        super().__post_init__()
         if self.d0 > self.d:
             raise ValueError(
                 f"d0 = {checks.digits(self.d0)} m is not allowed; "
@@ -214,9 +187,9 @@ class RigParameters(_Table):
 
     def _checked_half_spacing(self):
         if self.wire_sets == 1:
+            half = self.set_half_spacing
             raise ValueError(
-                f"set_half_spacing = {self.set_half_spacing} m is not allowed with wire_sets = 1; "
-                "expected None, the set is at P"
+                f"set_half_spacing = {half} m is not allowed with wire_sets = 1; expected None, the set is at P"
             )
         return checks.real("set_half_spacing", self.set_half_spacing, "m", low=0.0, high=self.Lm / 2 - abs(self.LG))
 
@@ -274,13 +247,7 @@ class RigParameters(_Table):
 
 
 def oscillator_of(parameters):
-    """The `OscillatorParameters` of either kind of parameter set.
-
-    Raises
-    ------
-    ValueError
-        If it is neither.
-    """
+    """The `OscillatorParameters` of either kind of parameter set; `ValueError` if it is neither."""
     if not isinstance(parameters, (OscillatorParameters, RigParameters)):
         raise ValueError(f"parameters = {parameters!r} is not allowed; expected RigParameters or OscillatorParameters")
     return parameters.oscillator
@@ -290,17 +257,7 @@ LAWS = ("exact", "cubic")
 
 
 def law_of(parameters, law=None):
-    """The law of the suspension's force: Eq. (1) for a rig with wires, Eq. (2) for k1 and k3, unless one is said.
-
-    Parameters
-    ----------
-    parameters : RigParameters or OscillatorParameters
-    law : {"exact", "cubic"}, optional
-
-    Returns
-    -------
-    str
-        "exact" or "cubic".
+    """The suspension's law, "exact" for a rig with wires (Eq. (1)) and "cubic" for k1 and k3 (Eq. (2)), unless said.
 
     Raises
     ------

@@ -86,12 +86,7 @@ def settle_and_learn(found, states, **options):
     """`Attractors.settle`, and where nothing traps a state, a search for the motion that it leads to.
 
     So a motion too rare for the first search is found from the very states that lead to it. It is numbered after those
-    that are known, which keep their numbers.
-
-    Returns
-    -------
-    tuple of Attractors and (n,) array of int
-        With what was learnt, and the motion that each state leads to.
+    that are known, which keep their numbers. Returns the `Attractors` with what was learnt, and the motions (n,).
     """
     label, _ = found.settle(states, **options)
     for _ in range(5):
@@ -148,14 +143,12 @@ def _search(known, states):
 
 def _joined(known, new):
     """What is known, and after it new motions with their traps, numbered on."""
-    members, points, metrics, owner = list(known.members), [known.points], [known.metrics], [known.owner]
     for one, centres, shapes in new:
-        owner.append(np.full(len(centres), len(members)))
-        members.append(replace(one, motion=len(members)))
-        points.append(centres)
-        metrics.append(shapes)
-    points, metrics, owner = map(np.concatenate, (points, metrics, owner))
-    return replace(known, members=tuple(members), points=points, metrics=metrics, owner=owner)
+        number = len(known)
+        traps = {"points": centres, "metrics": shapes, "owner": np.full(len(centres), number)}
+        joined = {name: np.concatenate([getattr(known, name), more]) for name, more in traps.items()}
+        known = replace(known, members=(*known.members, replace(one, motion=number)), **joined)
+    return known
 
 
 def _slowest_rate(parameters):
@@ -218,11 +211,10 @@ def _describe(flow, response, period, orbit, multipliers, symmetric):
 def _not_periodic(flow, states):
     """What never came to repeat, seen from the first of the states."""
     trace = flow.trace(states[:1], 256, 16)[0]
-    none = np.empty(0)
+    amplitude, none = float(np.abs(trace[:, 1]).max()), 3 * [np.empty(0, dtype=complex)]
     return Attractor(
-        -1, "not periodic", 0, trace[::16], float(np.abs(trace[:, 1]).max()), none, none + 0j, none + 0j, none + 0j,
-        np.full(4, np.nan + 0j), False,
-    )  # fmt: skip
+        -1, "not periodic", 0, trace[::16], amplitude, np.empty(0), *none, np.full(4, np.nan + 0j), symmetric=False
+    )
 
 
 def _rank(one):

@@ -64,46 +64,23 @@ class Basins(Result):
 
 
 def basins(
-    parameters,
-    force,
-    frequency,
-    motion=0,
-    *,
-    law=None,
-    pixels=121,
-    window=None,
-    samples=2048,
-    box=None,
-    starts=256,
-    seed=0,
-    progress=False,
-    executor=None,
-    checkpoint=None,
-):
+    parameters, force, frequency, motion=0, *, law=None, pixels=121, window=None, samples=2048, box=None, starts=256,
+    seed=0, progress=False, executor=None, checkpoint=None,
+):  # fmt: skip
     """Find the motions that last at one frequency, and which states lead to each.
 
     Parameters
     ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude F (N).
-    frequency : float
-        Hz.
+    parameters, force, frequency, law, box, starts, seed
+        See `attractors`; the box is also that of the shares.
     motion : int or str
         That the shaker is on in the picture: its number, or a name that only one bears; see `attractors`.
-    law : {"exact", "cubic"}, optional
-        See `rigsim.parameters.law_of`.
     pixels : int
         Of the picture along each side.
     window : (2,) array_like, optional
         Half sizes of the picture in z (m) and z' (m/s); by default those of the box.
     samples : int
         Quasi-random states for the shares.
-    box : (4,) array_like, optional
-        Half sizes of the box in (xs, z, xs', z'), SI, when the force peaks; for the default see `attractors`.
-    starts : int
-        States from which motions are searched; see `attractors`.
-    seed : int
     progress, executor, checkpoint
         See `rigsim.campaign.run.run_chunks`; by default a thread a core. Results do not depend on it.
 

@@ -170,23 +170,10 @@ class Flow:
         return result
 
     def tapped(self, state, start, velocity, duration):
-        """States (n, 4) at the next peak of the force after taps of ``velocity`` (n,) on one state.
+        """States (n, 4) at the next peak of the force after taps on one ``state`` (4,), and how many periods later.
 
-        Parameters
-        ----------
-        state : (4,) array_like
-            At a peak of the force.
-        start : float
-            Of the pulse, in periods after that peak.
-        velocity : (n,) array_like
-            m/s: the impulse over m; see `rigsim.model.excitation.Tap`.
-        duration : float
-            Of the pulse (s).
-
-        Returns
-        -------
-        tuple of (n, 4) array and int
-            And how many periods after the first peak that is.
+        The state is that at a peak of the force, ``start`` periods before the pulse of ``duration`` (s); ``velocity``
+        (n,) is the impulse over m (m/s), see `rigsim.model.excitation.Tap`.
         """
         before = self.advance(np.reshape(state, (1, 4)), start)
         velocity = np.asarray(velocity, dtype=float)

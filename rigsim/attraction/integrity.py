@@ -101,20 +101,15 @@ def integrity(
 
     Parameters
     ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude F (N).
+    parameters, force, law, starts, seed
+        See `attractors`.
     frequency : float or (n,) array_like
         Hz.
     branch : str
         Name of the motion: "low" or "high" for the branches of a detached curve; see `attractors`. Where several bear
         it, the one whose line at f is nearest to the single-term solution (of that name, if there is one).
-    law : {"exact", "cubic"}, optional
-        See `rigsim.parameters.law_of`.
     samples : int
         States a ball.
-    starts, seed : int
-        Of the search for motions; see `attractors`.
     progress : bool or callable
         True shows a bar; a callable is told (frequencies done, frequencies in all).
 

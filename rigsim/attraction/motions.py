@@ -69,9 +69,7 @@ class Attractor(Result):
         """One line with name, period and size."""
         if self.period == 0:
             return f"Attractor '{self.name}': no period was found, z up to {1e3 * self.amplitude:.4g} mm"
-        below = ""
-        if self.giveaway:
-            below = f", line of {1e3 * self.giveaway[1]:.3g} mm at {self.giveaway[0]:.4g} Hz"
+        below = f", line of {1e3 * self.giveaway[1]:.3g} mm at {self.giveaway[0]:.4g} Hz" if self.giveaway else ""
         return (
             f"Attractor '{self.name}': period {self.period}, z up to {1e3 * self.amplitude:.4g} mm, "
             f"{1e3 * abs(self.relative[self.period]):.4g} mm at f{below}, "
@@ -141,12 +139,8 @@ class Attractors(ResultSequence):
     def settle(self, states, **options):
         """Which motion each state (n, 4) leads to, -1 where it is undecided, and after how many periods.
 
-        States are those at a peak of the force, SI. What nothing traps counts as not periodic where there is such a
-        motion. Options are ``progress``, ``executor``, ``checkpoint`` and ``label`` of the run.
-
-        Returns
-        -------
-        tuple of two (n,) arrays of int
+        Two (n,) arrays of int. States are those at a peak of the force, SI. What nothing traps counts as not periodic
+        where there is such a motion. Options are ``progress``, ``executor``, ``checkpoint`` and ``label`` of the run.
         """
         done = until_trapped(self, states, self.patience, **options)
         found = done["label"]

@@ -54,14 +54,12 @@ def _settle(y, numbers, h, steps, points, metrics, owner, patience):
         for i in range(n):
             trapped = -1
             for k in range(owner.size):
-                square = 0.0
                 for a in range(4):
                     gap[a] = running[a, i] - points[k, a]
+                square = 0.0
                 for a in range(4):
-                    row = 0.0
                     for b in range(4):
-                        row += metrics[k, a, b] * gap[b]
-                    square += gap[a] * row
+                        square += gap[a] * metrics[k, a, b] * gap[b]
                 if square < 1.0:
                     trapped = owner[k]
                     break

@@ -61,8 +61,7 @@ class TapMap(Result):
         after : float
             s.
         """
-        frequency = self.attractors.flow.frequency
-        return _bench_tap(self.velocity[row], self.instant[column], self.duration, frequency, after)
+        return _bench_tap(self, self.velocity[row], self.instant[column], after)
 
     def surest(self, motion):
         """Indices (row, column) of the tap farthest, in cells of the map, from any that leads elsewhere.
@@ -168,7 +167,7 @@ class SmallestTap(Result):
 
     def tap(self, after=1.0):
         """As a `Tap` for a test bench: by the first such instant ``after`` (s) or later."""
-        return _bench_tap(self.velocity, self.instant, self.duration, self.attractors.flow.frequency, after)
+        return _bench_tap(self, self.velocity, self.instant, after)
 
     def summary(self):
         """One line with size and instant."""
@@ -180,36 +179,21 @@ class SmallestTap(Result):
         )
 
 
-def _bench_tap(velocity, instant, duration, frequency, after):
-    periods = np.ceil(after * frequency - instant - 1e-9)
-    return Tap(velocity, duration, (periods + instant) / frequency)
+def _bench_tap(taps, velocity, instant, after):
+    frequency = taps.attractors.flow.frequency
+    return Tap(velocity, taps.duration, (np.ceil(after * frequency - instant - 1e-9) + instant) / frequency)
 
 
 def tap_map(
-    parameters,
-    force,
-    frequency,
-    motion=0,
-    *,
-    velocity=None,
-    instants=48,
-    duration=2e-3,
-    law=None,
-    starts=256,
-    seed=0,
-    progress=False,
-    executor=None,
-    checkpoint=None,
-):
+    parameters, force, frequency, motion=0, *, velocity=None, instants=48, duration=2e-3, law=None, starts=256, seed=0,
+    progress=False, executor=None, checkpoint=None,
+):  # fmt: skip
     """Tap the mass while a motion lasts, by every size and at every instant of a period, and see where it leads.
 
     Parameters
     ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude F (N).
-    frequency : float
-        Hz.
+    parameters, force, frequency, law, starts, seed
+        See `attractors`.
     motion : int or str
         That is tapped: its number, or a name that only one bears; see `attractors`.
     velocity : (v,) array_like, optional
@@ -218,10 +202,6 @@ def tap_map(
         Instants, evenly over one forcing period.
     duration : float
         Of the half-sine pulse (s).
-    law : {"exact", "cubic"}, optional
-        See `rigsim.parameters.law_of`.
-    starts, seed : int
-        Of the search for motions; see `attractors`.
     progress, executor, checkpoint
         See `rigsim.campaign.run.run_chunks`; by default a thread a core. Results do not depend on it.
 
@@ -238,12 +218,11 @@ def tap_map(
     instants = checks.integer("instants", instants, low=1)
     duration = checks.positive("duration", duration, "s")
     found = attractors(parameters, force, frequency, law=law, starts=starts, seed=seed)
-    tapped = found.find(motion)
-    instant = np.arange(instants) / instants
-    states = _tapped(found, tapped.motion, velocity, instant, duration)
+    motion, instant = found.find(motion).motion, np.arange(instants) / instants
+    states = _tapped(found, motion, velocity, instant, duration)
     options = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "taps"}
     found, label = settle_and_learn(found, states, **options)
-    return TapMap(found, tapped.motion, velocity, instant, duration, label.reshape(instants, -1).T)
+    return TapMap(found, motion, velocity, instant, duration, label.reshape(instants, -1).T)
 
 
 def _tapped(found, motion, velocity, instant, duration):

@@ -9,11 +9,8 @@ from scipy.stats import qmc
 def closed_orbit(flow, state, period, box):
     """Newton's method on the stroboscopic map, from a state that nearly repeats after ``period`` periods.
 
-    Returns
-    -------
-    tuple of int, (period, 4) array and (4,) complex array, or None
-        Least period, states at the peaks of the force and multipliers, whether stable or not; None if the method
-        strays by more than a tenth of the box or does not converge.
+    Returns the least period, states (period, 4) at the peaks of the force and multipliers (4,), whether stable or not;
+    or None if the method strays by more than a tenth of the box or does not converge.
     """
     start = state
     for _ in range(15):

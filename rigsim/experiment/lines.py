@@ -12,9 +12,8 @@ def fit_sines(time, signals, frequencies):
 
     Parameters
     ----------
-    time : ndarray, shape (n,)
-        Evenly spaced (s).
-    signals : ndarray, shape (n, channels)
+    time, signals : ndarray, shapes (n,) and (n, channels)
+        The time evenly spaced (s).
     frequencies : sequence of float, length k
         Hz.
 
@@ -104,24 +103,10 @@ def _subtract(start, spacing, signals, omega, amplitudes):
 
 
 def strongest_lines(time, signal, *bands):
-    """Frequency and amplitude of the strongest single sine within each band.
+    """Frequency (Hz) and amplitude of the strongest sine of a signal (n,), evenly sampled, within each band (Hz, Hz).
 
-    Parameters
-    ----------
-    time, signal : ndarray, shape (n,)
-        Evenly sampled.
-    *bands : pair of float
-        Where to look (Hz).
-
-    Returns
-    -------
-    list of tuple of float
-        Frequency (Hz) and amplitude, one a band; the amplitude is 0 where the band holds no frequency.
-
-    Notes
-    -----
-    A Hann window keeps a strong line's skirt from passing for a second line; zero-padding and parabolas through three
-    frequencies, twice, place the peak between the bins.
+    The amplitude is 0 where the band holds no frequency. A Hann window keeps a strong line's skirt from passing for a
+    second line; zero-padding and parabolas through three frequencies, twice, place the peak between the bins.
     """
     window = np.hanning(len(signal))
     weighted = (signal - signal.mean()) * window

@@ -14,7 +14,9 @@ _BLOCK = 1000  # samples between two looks at the clock and the keyboard
 
 
 def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-5, *, seed=None, progress=False):
-    """Record of the multi-body rig under a sampled force on its frame.
+    """`Record` of the multi-body rig under a sampled force on its frame.
+
+    Displacements are from the position of rest; sample k is taken before ``force[k]`` acts.
 
     Parameters
     ----------
@@ -33,11 +35,6 @@ def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-
         Noted in the record, where the force came from one.
     progress : bool or callable
         True shows a bar; a callable is told (samples done, samples in all).
-
-    Returns
-    -------
-    Record
-        Displacements from the position of rest; sample k is taken before ``force[k]`` acts.
 
     Raises
     ------
@@ -72,18 +69,10 @@ def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-
 
 
 def random_test(
-    parameters,
-    rms=1.115,
-    duration=100,
-    sample_rate=2000,
-    seed=2014,
-    hold="zero",
-    start="equilibrium",
-    step=5e-5,
-    *,
+    parameters, rms=1.115, duration=100, sample_rate=2000, seed=2014, hold="zero", start="equilibrium", step=5e-5, *,
     progress=False,
-):
-    """The paper's random test: Gaussian force, white from sample to sample, scaled to the exact rms.
+):  # fmt: skip
+    """`Record` of the paper's random test: Gaussian force, white from sample to sample, scaled to the exact rms.
 
     Parameters
     ----------
@@ -96,10 +85,6 @@ def random_test(
         See `simulate`.
     seed : int
         Of `numpy.random.default_rng`; the same seed gives the same record to the last bit.
-
-    Returns
-    -------
-    Record
 
     Raises
     ------

@@ -1,7 +1,5 @@
-"""`Record`: the channels of a test, and the two plain file formats they travel in."""
+"""`Record`: the channels of a test, and what any file of them must say."""
 
-import csv
-import json
 import os
 from dataclasses import MISSING, asdict, dataclass, fields, replace
 from pathlib import Path
@@ -11,6 +9,7 @@ import numpy as np
 
 from .. import checks, parameters
 from ..results import Result
+from .formats import FORMATS
 from .lines import strongest_lines
 
 HOLDS = ("zero", "linear", "band-limited")
@@ -73,11 +72,9 @@ class Record(Result):
             values = getattr(self, name)
             if values is None and name == "tilt":
                 continue
-            channel = np.array(checks.array(name, values, unit, min_size=2))
-            if channel.size != np.size(self.force):
-                raise ValueError(
-                    f"{name} has {channel.size} samples; expected {np.size(self.force)}, as many as the force"
-                )
+            channel, n = np.array(checks.array(name, values, unit, min_size=2)), np.size(self.force)
+            if channel.size != n:
+                raise ValueError(f"{name} has {channel.size} samples; expected {n}, as many as the force")
             channel.flags.writeable = False
             set_field(name, channel)
         set_field("sample_rate", checks.positive("sample_rate", self.sample_rate, "Hz"))
@@ -161,24 +158,14 @@ class Record(Result):
         return np.fft.rfftfreq(part.size, 1 / self.sample_rate), 2 * np.abs(lines) / window.sum()
 
     def strongest_line(self, channel, band):
-        """Frequency (Hz) and amplitude (zero to peak) of the strongest single sine of a channel.
+        """Frequency (Hz) and amplitude (zero to peak) of the strongest single sine of a channel within a band.
 
         Parameters
         ----------
         channel : str
-            One of `channels`, or "relative".
+            One of `channels`, or "relative"; `ValueError` if there is no such channel.
         band : pair of float
-            Where to look (Hz).
-
-        Returns
-        -------
-        tuple of float
-            The amplitude is 0 where the band holds no frequency.
-
-        Raises
-        ------
-        ValueError
-            If there is no such channel.
+            Where to look (Hz); the amplitude is 0 where it holds no frequency.
         """
         return strongest_lines(self.time, self._signal(channel), band)[0]
 
@@ -204,10 +191,10 @@ class Record(Result):
             If the suffix is neither.
         """
         path = Path(path)
-        write = _format(path, _WRITERS)
+        write = _format(path).write
         temporary = path.with_name(f".{path.stem}-{uuid4().hex}{path.suffix}")
         try:
-            write(self, temporary)
+            write(temporary, _details(self), {"time": self.time} | self.channels)
             os.replace(temporary, path)
         except BaseException:
             temporary.unlink(missing_ok=True)
@@ -235,8 +222,7 @@ class Record(Result):
             or two, or its values are not allowed.
         """
         path = Path(path)
-        read = _format(path, _READERS)
-        details, channels = read(path)
+        details, channels = _format(path).read(path)
         for name in ("force", "shaker", "mass"):
             if name not in channels:
                 raise ValueError(f"{path} has no channel {name}; expected force, shaker and mass")
@@ -255,8 +241,7 @@ class Record(Result):
                 f"{path} does not say what the force did between samples; expected hold in its first line or as an "
                 f"argument, one of {', '.join(map(repr, HOLDS))}"
             )
-        tested = _tested(path, details.pop("parameters", None))
-        return cls(**channels, **details, parameters=tested)
+        return cls(**channels, **details | {"parameters": _tested(path, details.get("parameters"))})
 
 
 def _rate_of(path, time, said):
@@ -281,7 +266,6 @@ def _tested(path, values):
         return None
     if not isinstance(values, dict):
         raise ValueError(f"parameters in {path} = {values!r} is not allowed; expected an object with a kind")
-    values = dict(values)
     kind = _KINDS[checks.one_of(f"kind of parameters in {path}", values.pop("kind", None), tuple(_KINDS))]
     known = {item.name: item for item in fields(kind)}
     for name in values:
@@ -300,61 +284,5 @@ def _details(record):
     return {name: value for name, value in details.items() if value is not None}
 
 
-def _write_csv(record, path):
-    channels = record.channels
-    header = f"# {json.dumps(_details(record))}\n{','.join(channels)}"
-    np.savetxt(path, np.column_stack(list(channels.values())), fmt="%.17g", delimiter=",", header=header, comments="")
-
-
-def _read_csv(path):
-    # Spreadsheets put a byte order mark first.
-    with open(path, encoding="utf-8-sig", newline="") as file:
-        try:
-            first, names = file.readline(), file.readline()
-            details = json.loads(first.removeprefix("#"))
-            values = np.loadtxt(file, delimiter=",", quotechar='"', ndmin=2)
-        except ValueError as error:
-            raise ValueError(f"{path} cannot be read as a record: {error}") from None
-    names = [name.strip() for name in next(csv.reader([names], skipinitialspace=True), [])]
-    if not first.startswith("#") or not isinstance(details, dict) or len(names) != values.shape[1]:
-        raise ValueError(
-            f"{path} is not a record; expected a line # {{...}}, a line of channel names and as many columns"
-        )
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"{path} names the channel {name} {names.count(name)} times; expected each once")
-    return details, dict(zip(names, values.T, strict=True))
-
-
-def _write_netcdf(record, path):
-    import xarray as xr
-
-    variables = {name: ("time", values, {"units": UNITS[name]}) for name, values in record.channels.items()}
-    time = ("time", record.time, {"units": "s"})
-    dataset = xr.Dataset(variables, coords={"time": time}, attrs={"rigsim_record": json.dumps(_details(record))})
-    dataset.to_netcdf(path, engine="h5netcdf")
-
-
-def _read_netcdf(path):
-    import xarray as xr
-
-    try:
-        # decode_times would turn a time in seconds into calendar differences.
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
-            details = json.loads(dataset.attrs.get("rigsim_record", "null"))
-            channels = {str(name): dataset[name].values for name in dataset.data_vars}
-    except FileNotFoundError:
-        raise
-    except (OSError, ValueError, TypeError) as error:
-        raise ValueError(f"{path} cannot be read as a record: {' '.join(str(error).split())}") from None
-    if not isinstance(details, dict):
-        raise ValueError(f"{path} is not a record; expected an attribute rigsim_record")
-    return details, channels
-
-
-_WRITERS = {".csv": _write_csv, ".nc": _write_netcdf}
-_READERS = {".csv": _read_csv, ".nc": _read_netcdf}
-
-
-def _format(path, formats):
-    return formats[checks.one_of(f"suffix of {path.name}", path.suffix.lower(), tuple(formats))]
+def _format(path):
+    return FORMATS[checks.one_of(f"suffix of {path.name}", path.suffix.lower(), tuple(FORMATS))]

@@ -11,7 +11,7 @@ from .. import checks
 from ..campaign.run import join, run_chunks, split
 from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import CosineForce, Tap, TapForce
-from ..parameters import RigParameters
+from ..model.planar import pack
 from ..results import Result, Status
 from .record import Record
 from .steady import HARMONICS, read_window
@@ -81,20 +81,13 @@ class SineTest(Result):
         return float(self.time[-1])
 
     def record(self, i):
-        """The window of test ``i`` as a `Record`; its time counts from ``time[0]``.
-
-        Raises
-        ------
-        ValueError
-            If there is no test ``i``.
-        """
+        """The window of test ``i`` as a `Record`; its time counts from ``time[0]``. `ValueError` if there is none."""
         i = checks.integer("i", i, low=0, high=len(self.frequency) - 1)
         force = self.force[i] * np.cos(2 * np.pi * self.frequency[i] * self.time)
         shaker, mass, tilt = self.traces[i]
         rate = (len(self.time) - 1) / (self.time[-1] - self.time[0])
-        return Record(
-            force, shaker, mass, rate, "band-limited", tilt=tilt, parameters=self.parameters[i], step=self.step
-        )
+        known = {"parameters": self.parameters[i], "step": self.step}
+        return Record(force, shaker, mass, rate, "band-limited", tilt=tilt, **known)
 
     def summary(self):
         """One line: how many tests, how many of each status."""
@@ -106,21 +99,20 @@ class SineTest(Result):
         """`pandas.DataFrame` with a row per test."""
         import pandas as pd
 
-        return pd.DataFrame(
-            {
-                "frequency [Hz]": self.frequency,
-                "force [N]": self.force,
-                "tap [m/s]": [np.nan if tap is None else tap.velocity for tap in self.tap],
-                "|xs| [mm]": 1e3 * abs(self.shaker),
-                "|x| [mm]": 1e3 * abs(self.mass),
-                "|z| [mm]": 1e3 * abs(self.relative),
-                "tilt [deg]": np.degrees(self.tilt),
-                "z harmonics [%]": 100 * self.distortion[:, 2],
-                "z below f [%]": 100 * self.subharmonic[:, 0],
-                "order": self.subharmonic[:, 1],
-                "status": self.status,
-            }
-        )
+        columns = {
+            "frequency [Hz]": self.frequency,
+            "force [N]": self.force,
+            "tap [m/s]": [np.nan if tap is None else tap.velocity for tap in self.tap],
+            "|xs| [mm]": 1e3 * abs(self.shaker),
+            "|x| [mm]": 1e3 * abs(self.mass),
+            "|z| [mm]": 1e3 * abs(self.relative),
+            "tilt [deg]": np.degrees(self.tilt),
+            "z harmonics [%]": 100 * self.distortion[:, 2],
+            "z below f [%]": 100 * self.subharmonic[:, 0],
+            "order": self.subharmonic[:, 1],
+            "status": self.status,
+        }
+        return pd.DataFrame(columns)
 
 
 def _range(values):
@@ -129,19 +121,10 @@ def _range(values):
 
 
 def sine_test(
-    parameters,
-    force,
-    frequency,
-    tap=None,
-    duration=3,
-    start="rest",
-    step=5e-5,
-    *,
-    progress=False,
-    executor=None,
-    checkpoint=None,
-):
-    """Shake rigs by F cos(2 pi f t), each from its own start, and read the lines of their last second.
+    parameters, force, frequency, tap=None, duration=3, start="rest", step=5e-5, *,
+    progress=False, executor=None, checkpoint=None,
+):  # fmt: skip
+    """`SineTest`: shake rigs by F cos(2 pi f t), each from its own start, and read the lines of their last second.
 
     Parameters
     ----------
@@ -165,10 +148,6 @@ def sine_test(
         Where chunks of rigs run, by default in a thread for each processor; results do not depend on it.
     checkpoint : path, optional
         File that keeps finished chunks, so that an interrupted campaign goes on where it stopped.
-
-    Returns
-    -------
-    SineTest
 
     Raises
     ------
@@ -200,16 +179,11 @@ def sine_test(
 
 
 def _broadcast(parameters, force, frequency, tap, duration, step):
-    rigs = list(parameters) if np.iterable(parameters) else [parameters]
-    for one in rigs:
-        if not isinstance(one, RigParameters):
-            raise ValueError(f"parameters = {one!r} is not allowed; the multi-body rig expects RigParameters")
+    rigs, taps = (list(given) if np.iterable(given) else [given] for given in (parameters, tap))
+    pack(rigs)  # refuses what is no rig
     if rigs:
         check_step(rigs, step)  # first, for the limits of taps and frequencies follow from it
-    taps = list(tap) if np.iterable(tap) else [tap]
-    for one in taps:
-        if one is None:
-            continue
+    for one in (one for one in taps if one is not None):
         if not isinstance(one, Tap):
             raise ValueError(f"tap = {one!r} is not allowed; expected a Tap or None")
         checks.real("tap duration", one.duration, "s", low=4 * step)
@@ -223,12 +197,8 @@ def _broadcast(parameters, force, frequency, tap, duration, step):
         if length not in (1, n):
             longest = f" or {n}, the longest of the arguments" if n > 1 else ""
             raise ValueError(f"{name} has {length} elements; expected 1{longest}")
-    return (
-        tuple(rigs * (n // len(rigs))),
-        np.broadcast_to(force, n).copy(),
-        np.broadcast_to(frequency, n).copy(),
-        tuple(taps * (n // len(taps))),
-    )
+    force, frequency = (np.broadcast_to(values, n).copy() for values in (force, frequency))
+    return tuple(rigs * (n // len(rigs))), force, frequency, tuple(taps * (n // len(taps)))
 
 
 def _run_chunk(chunk):
@@ -240,9 +210,7 @@ def _run_chunk(chunk):
     kept, samples = [], round(time[-1] / (every * step)) + 1
     for first in range(0, samples, _BLOCK):
         count = min(_BLOCK, samples - first)
-        motion = space.advance(
-            shake.kicks(first * every, count * every), tap.kicks(first * every, count * every), every
-        )
+        motion = space.advance(*(each.kicks(first * every, count * every) for each in (shake, tap)), every)
         begin = max(samples - len(time) - first, 0)
         kept.append(np.stack([motion.shaker, motion.mass, motion.tilt])[:, begin:])
     traces = np.moveaxis(np.concatenate(kept, axis=1), 2, 0)

@@ -16,10 +16,8 @@ def read_window(time, displacements, f):
 
     Parameters
     ----------
-    time : ndarray, shape (samples,)
-        s, evenly spaced.
-    displacements : ndarray, shape (samples, 2)
-        xs and x (m).
+    time, displacements : ndarray, shapes (samples,) and (samples, 2)
+        s, evenly spaced; xs and x (m).
     f : float
         Frequency of the force (Hz); at least two periods in the window.
 
@@ -51,16 +49,12 @@ def read_window(time, displacements, f):
     z = harmonics[0, 2]
     drift = _drift(window, signals[-len(window) :, 2:], f, parts)
     told = f"z drifts by {drift:.2g} between half windows"
-    steady = drift < DRIFT
+    line, steady = f"line at {stray[0]:.3f} Hz of {stray[1] / z:.1%} of z", drift < DRIFT
     if parts > 1 and steady:
         verdict = Status.SUBHARMONIC, f"period {parts}/f: line at {below[0]:.3f} Hz of {below[1] / z:.1%} of z; {told}"
     elif parts == 1 and stray[1] > STRAY * z and not _decays(time, left, stray[0]):
-        verdict = (
-            Status.NOT_PERIODIC,
-            f"lasting line at {stray[0]:.3f} Hz of {stray[1] / z:.1%} of z, no period up to 5/f; {told}",
-        )
+        verdict = Status.NOT_PERIODIC, f"lasting {line}, no period up to 5/f; {told}"
     elif not steady or stray[1] > STRAY * z:
-        line = f"line at {stray[0]:.3f} Hz of {stray[1] / z:.1%} of z"
         verdict = Status.STILL_DRIFTING, f"{told} (settled: below {DRIFT:g}), {line}: shake for longer"
     else:
         verdict = Status.SETTLED, f"{told}, largest other line {stray[1] / z:.2%}"
@@ -93,9 +87,8 @@ def _subharmonic_parts(time, signals, f, below):
 def _decays(time, left, frequency):
     """Whether a line is dying away: a transient, then, and no motion of its own."""
     half = len(time) // 2
-    first, last = (
-        abs(fit_sines(time[part], left[part, None], [frequency])[0][0, 0]) for part in (slice(half), slice(half, None))
-    )
+    parts = slice(half), slice(half, None)
+    first, last = (abs(fit_sines(time[part], left[part, None], [frequency])[0][0, 0]) for part in parts)
     return last < 0.9 * first
 
 
@@ -105,10 +98,6 @@ def _drift(time, z, f, parts):
     multiples = f / parts * np.arange(1, HARMONICS * parts + 1)
     lines = [k for k in multiples if k < 3 * f or round(k / f * parts) % parts == 0]
     at = lines.index(multiples[parts - 1])
-    first, last = (fit_sines(*_part(time, z, begin, half), lines)[0][at, 0] for begin in (time[0], time[-1] - half))
+    parts = [(time >= begin - 1e-9) & (time <= begin + half + 1e-9) for begin in (time[0], time[-1] - half)]
+    first, last = (fit_sines(time[part], z[part], lines)[0][at, 0] for part in parts)
     return float(abs(last - first) / abs(first + last) * 2)
-
-
-def _part(time, signal, begin, length):
-    inside = (time >= begin - 1e-9) & (time <= begin + length + 1e-9)
-    return time[inside], signal[inside]

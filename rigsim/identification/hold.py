@@ -10,16 +10,9 @@ import numpy as np
 
 
 def sampled_response(A, B, C, D, sample_rate, frequency):
-    """D + C (e^{i omega dt} - A)^{-1} B, Eq. (9), shape (n, q, p).
+    """D + C (e^{i omega dt} - A)^{-1} B of Eq. (9) at each frequency (n,) in Hz, shape (n, q, p).
 
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        Matrices of Eq. (8) with q outputs and p inputs.
-    sample_rate : float
-        Samples a second (Hz).
-    frequency : ndarray, shape (n,)
-        Hz.
+    A, B, C and D are the matrices of Eq. (8) with q outputs and p inputs, at ``sample_rate`` samples a second.
     """
     points = np.exp(2j * np.pi * frequency / sample_rate)
     resolvent = points[:, None, None] * np.eye(len(A)) - A
@@ -29,10 +22,7 @@ def sampled_response(A, B, C, D, sample_rate, frequency):
 def continuous_response(A, B, C, D, sample_rate, frequency, hold):
     """Response of the continuous system behind a held input, shape (n, q, p); otherwise as `sampled_response`.
 
-    Parameters
-    ----------
-    hold : {"zero", "linear", "band-limited"}
-        What the inputs did between samples. A band-limited one leaves no gap: the response is read directly.
+    ``hold`` says what the inputs did between samples. A band-limited one leaves no gap: the response is read directly.
     """
     if hold == "band-limited":
         return sampled_response(A, B, C, D, sample_rate, frequency)
@@ -52,7 +42,6 @@ def _phi(values):
     """phi1 and phi2 of each value; the second by its series where the difference would cancel."""
     small = np.abs(values) < 1e-3
     divisor = np.where(small, 1.0, values)
-    phi2 = np.where(
-        small, 1 / 2 + values / 6 + values**2 / 24 + values**3 / 120, (np.expm1(values) - values) / divisor**2
-    )
+    series = 1 / 2 + values / 6 + values**2 / 24 + values**3 / 120
+    phi2 = np.where(small, series, (np.expm1(values) - values) / divisor**2)
     return 1 + values * phi2, phi2

@@ -118,7 +118,7 @@ class Identification(Result):
 
 
 def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
-    """Identify the rig from a random test.
+    """`Identification` of the rig from a random test.
 
     1. Extended inputs u = [f, -z^3], outputs [xs, x]; z = xs - x about the zero of the springs,
        which a model with z^2 as a third input tells from an offset of the sensors.
@@ -142,10 +142,6 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
     conversion : {"force", "all", "none"}
         How H_E is read from a sampled model; see `rigsim.identification.nsi`. "force" is
         right, "all" is the paper's, "none" is Eq. (9) as printed.
-
-    Returns
-    -------
-    Identification
 
     Raises
     ------
@@ -192,9 +188,8 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
             doubts.append(f"the parameters leave {100 * misfit:.2g} % of the receptances unexplained")
     folded = nsi.folded_share(record.relative, record.sample_rate, band)
     if folded > FOLDED:
-        doubts.append(
-            f"{100 * folded:.2g} % of z^3 in the band is folded from above half the sample rate: sample faster"
-        )
+        share = f"{100 * folded:.2g} % of z^3 in the band"
+        doubts.append(f"{share} is folded from above half the sample rate: sample faster")
     doubts = _doubts(values, unexplained, doubts)
     h11, h21, h22 = fraction(frequency).T
     return Identification(
@@ -226,10 +221,9 @@ def _checked_orders(order, block_rows, record):
         raise ValueError(f"order = {order} is not allowed; expected an even number, two a mode")
     # As many Hankel columns as rows of all four channels: fewer, and past and future span everything.
     needed = 2 * block_rows * 4 + 2 * block_rows - 1
-    if record.force.size < needed:
-        raise ValueError(
-            f"record has {record.force.size} samples; expected at least {needed} for block_rows = {block_rows}"
-        )
+    n = record.force.size
+    if n < needed:
+        raise ValueError(f"record has {n} samples; expected at least {needed} for block_rows = {block_rows}")
     return order, block_rows
 
 
@@ -298,10 +292,9 @@ def _modes(model):
     values, vectors = np.linalg.eig(model.A)
     poles = np.log(values.astype(complex)) * model.sample_rate
     shapes = (model.C @ vectors).T
-    kept = np.flatnonzero(values.imag > 0)
-    kept = kept[np.argsort(np.abs(poles[kept]))]
+    kept = sorted(np.flatnonzero(values.imag > 0), key=lambda i: abs(poles[i]))
     poles, shapes = poles[kept], shapes[kept]
-    names = tuple(f"mode {number + 1}" for number in range(kept.size))
+    names = tuple(f"mode {number + 1}" for number in range(len(kept)))
     return Modes(np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), largest_to_one(shapes), names)
 
 
@@ -339,9 +332,8 @@ def _reading_doubts(hold, model, weight, frequency, values, misfit, unexplained)
     for name, (other, swapped) in readings.items():
         extended = nsi.extended_receptance(model, frequency, other)
         # z changes its sign with the channels.
-        left[name] = _fit(
-            frequency, *((extended[:, ::-1] * [1, -1], weight[:, ::-1]) if swapped else (extended, weight))
-        )[2]
+        channels = (extended[:, ::-1] * [1, -1], weight[:, ::-1]) if swapped else (extended, weight)
+        left[name] = _fit(frequency, *channels)[2]
     best = min(left, key=left.get)
     hint = "check the hold and the order of the channels"
     if left[best] < misfit / 4:

@@ -47,23 +47,10 @@ def folded_share(relative, sample_rate, band):
 
 
 def extended_receptance(model, frequency, hold="zero", conversion="force"):
-    """H_E at each frequency.
+    """H_E at each frequency (n,) in Hz: complex, shape (n, 2, 2), first column m/N, second m per m^3.
 
-    Parameters
-    ----------
-    model : StateSpace
-        With inputs [f, -z^3] and outputs [xs, x].
-    frequency : ndarray, shape (n,)
-        Hz.
-    hold : {"zero", "linear", "band-limited"}
-        What the force did between samples.
-    conversion : {"force", "all", "none"}
-        Which columns go through the inverse of the hold.
-
-    Returns
-    -------
-    ndarray, shape (n, 2, 2)
-        Complex; first column m/N, second m per m^3.
+    ``model`` is a `StateSpace` with inputs [f, -z^3] and outputs [xs, x], ``hold`` what the force did between samples
+    and ``conversion`` which columns go through its inverse.
     """
     matrices = (model.A, model.B, model.C, model.D, model.sample_rate, frequency)
     direct = sampled_response(*matrices)
@@ -82,7 +69,7 @@ def underlying_receptance(extended):
     """Receptance of the underlying linear system (m/N), shape (n, 2, 2), from H_E: H22 = H21 - H_E22/k3(omega)."""
     cross = extended[:, 1, 0]
     own = cross - extended[:, 1, 1] / nonlinear_coefficient(extended)
-    return np.stack([np.stack([extended[:, 0, 0], cross], axis=1), np.stack([cross, own], axis=1)], axis=1)
+    return np.stack([extended[:, 0, 0], cross, cross, own], axis=-1).reshape(-1, 2, 2)
 
 
 def extended_from(receptance, k3):

@@ -7,14 +7,9 @@ NAMES = ("ms", "ks", "cs", "m", "c", "k1", "k3")
 
 
 def oscillator_receptance(values, frequency):
-    """Receptance of Eqs. (3a, b) without the cubic term (m/N), complex, shape (n, 2, 2).
+    """Receptance of Eqs. (3a, b) without the cubic term (m/N) at each frequency (n,) in Hz: complex, shape (n, 2, 2).
 
-    Parameters
-    ----------
-    values : sequence of float
-        ms, ks, cs, m, c, k1 (and k3, which is not used).
-    frequency : ndarray, shape (n,)
-        Hz.
+    ``values`` are ms, ks, cs, m, c, k1 (and k3, which is not used).
     """
     ms, ks, cs, m, c, k1 = values[:6]
     s = 2j * np.pi * frequency
@@ -39,10 +34,8 @@ def fit_parameters(model, measured, weight, start):
     ----------
     model : callable
         From the values, shaped as ``start``, to what is measured.
-    measured : ndarray
-        Complex.
-    weight : ndarray
-        What a unit of misfit counts for, shaped as ``measured``.
+    measured, weight : ndarray
+        Complex; and what a unit of misfit counts for, shaped alike.
     start : ndarray, shape (6,) or (7,)
         First guess in the order of `NAMES`, of any sign.
 

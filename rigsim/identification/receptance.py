@@ -17,18 +17,10 @@ from numpy.polynomial import polynomial
 
 @dataclass(frozen=True, eq=False)
 class RationalFraction:
-    """Receptances N_r(s)/D(s), s = i omega.
-
-    Attributes
-    ----------
-    numerators : tuple of ndarray
-        Real coefficients of each N_r, ascending powers of s.
-    denominator : ndarray
-        Real coefficients of D, ascending, the last one 1.
-    """
+    """Receptances N_r(s)/D(s), s = i omega, by their real coefficients in ascending powers of s."""
 
     numerators: tuple[np.ndarray, ...]
-    denominator: np.ndarray
+    denominator: np.ndarray  # the last one 1
 
     def __call__(self, frequency):
         """The receptances at ``frequency`` (Hz, shape (n,)): complex, shape (n, number of receptances)."""
@@ -43,24 +35,16 @@ class RationalFraction:
 
 
 def fit_rational_fraction(frequency, receptances, weights, numerator_orders, denominator_order):
-    """Fit receptances that share their poles.
+    """`RationalFraction` of receptances (n, r), complex, that share their poles.
 
     Parameters
     ----------
     frequency : ndarray, shape (n,)
         Hz.
-    receptances : ndarray, shape (n, r)
-        Complex.
-    weights : ndarray, shape (n, r)
-        w_r: what a unit of misfit counts for.
-    numerator_orders : sequence of int, length r
-        Degree of each numerator.
-    denominator_order : int
-        Degree of the common denominator: twice the number of modes.
-
-    Returns
-    -------
-    RationalFraction
+    receptances, weights : ndarray, shape (n, r)
+        And w_r: what a unit of misfit counts for.
+    numerator_orders, denominator_order : sequence of int, length r, and int
+        Degree of each numerator, and of the common denominator: twice the number of modes.
     """
     top = 2 * np.pi * frequency.max()
     omega = 2 * np.pi * frequency / top

@@ -20,25 +20,16 @@ FLAT = 1e-10  # relative size below which a direction counts as flat
 
 
 def refine_state_space(model, inputs, outputs, band):
-    """A, B, C and D nearer to the record over ``band``; start and offset are the given model's.
+    """A, B, C and D nearer to the record over ``band`` (a pair in Hz); start and offset are the given model's.
 
-    Parameters
-    ----------
-    model : StateSpace
-        A first estimate.
-    inputs, outputs : ndarray, shapes (n, p) and (n, q)
-        The record.
-    band : pair of float
-        Hz.
+    The record is ``inputs`` (n, p) and ``outputs`` (n, q).
 
     Returns
     -------
     model : StateSpace
         The given one where no step lowers the misfit.
-    noise : ndarray, shape (q,)
-        Rms of what the given model left of a line of each output.
-    unexplained : ndarray, shape (q,)
-        The same as a share of the output's lines.
+    noise, unexplained : ndarray, shape (q,)
+        Rms of what the given model left of a line of each output, and the same as a share of the output's lines.
     """
     n = len(inputs)
     lines = np.arange(n // 2 + 1)

@@ -57,13 +57,9 @@ def identify_state_space(inputs, outputs, sample_rate, order, block_rows):
     Parameters
     ----------
     inputs, outputs : ndarray, shapes (n, p) and (n, q)
-        Sampled channels; each must vary.
-    sample_rate : float
-        Samples a second (Hz).
-    order : int
-        Number of states.
-    block_rows : int
-        Block rows of the past and of the future: at least one more than ``order / q``.
+        Channels sampled at ``sample_rate`` (Hz); each must vary.
+    order, block_rows : int
+        Number of states; block rows of the past and of the future, at least one more than ``order / q``.
 
     Returns
     -------
@@ -79,26 +75,15 @@ def identify_state_space(inputs, outputs, sample_rate, order, block_rows):
     observability, singular_values = _observability(channels, p, order, block_rows)
 
     C = observability[:q]
-    A = np.linalg.lstsq(observability[:-q], observability[q:], rcond=None)[0]
-    A = _stable(A)
+    A = _stable(np.linalg.lstsq(observability[:-q], observability[q:], rcond=None)[0])
     return fit_input_matrices(A, deviation[p:, None] * C, inputs, outputs, sample_rate), singular_values
 
 
 def fit_input_matrices(A, C, inputs, outputs, sample_rate):
-    """The model of given A and C whose B, D, start and offset fit the record best, by least squares in time.
+    """The `StateSpace` of given A and C whose B, D, start and offset fit the record best, by least squares in time.
 
-    Parameters
-    ----------
-    A, C : ndarray, shapes (o, o) and (q, o)
-        With every eigenvalue of A inside the unit circle.
-    inputs, outputs : ndarray, shapes (n, p) and (n, q)
-        The record; each output counts in proportion to its deviation.
-    sample_rate : float
-        Samples a second (Hz).
-
-    Returns
-    -------
-    StateSpace
+    Every eigenvalue of A (o, o) is inside the unit circle. The record is ``inputs`` (n, p) and ``outputs`` (n, q) at
+    ``sample_rate`` (Hz); each output counts in proportion to its deviation.
     """
     (order, p), q = (len(A), inputs.shape[1]), len(C)
     to_inputs, to_outputs = 1 / inputs.std(axis=0), outputs.std(axis=0)
@@ -114,18 +99,9 @@ def fit_input_matrices(A, C, inputs, outputs, sample_rate):
 
 
 def extended_gram(channels, block_rows):
-    """Gram matrix of the block Hankel matrix of ``channels``, each row about its mean.
+    """Gram matrix (block_rows c, block_rows c) of the block Hankel matrix of ``channels``, each row about its mean.
 
-    Parameters
-    ----------
-    channels : ndarray, shape (samples, c)
-        w[j] is row j.
-    block_rows : int
-        Block rows of the Hankel matrix; it has n = samples - block_rows + 1 columns.
-
-    Returns
-    -------
-    ndarray, shape (block_rows c, block_rows c)
+    Row j of ``channels`` (samples, c) is w[j]; the Hankel matrix has n = samples - block_rows + 1 columns.
     """
     samples, c = channels.shape
     n = samples - block_rows + 1
@@ -147,8 +123,7 @@ def _observability(channels, p, order, block_rows):
     """Extended observability matrix, shape (block_rows q, order), and all singular values."""
     c = channels.shape[1]
     gram = extended_gram(channels, 2 * block_rows)
-    rows = np.arange(2 * block_rows * c).reshape(2, block_rows, c)
-    past, future = rows
+    past, future = np.arange(2 * block_rows * c).reshape(2, block_rows, c)
     sorted_rows = np.concatenate([future[:, :p].ravel(), past.ravel(), future[:, p:].ravel()])
     # A Cholesky factor does not exist when the record is clean, since G is then singular to rounding.
     values, vectors = linalg.eigh(gram[np.ix_(sorted_rows, sorted_rows)])

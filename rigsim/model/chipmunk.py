@@ -107,30 +107,18 @@ class _Batch:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Sampled motion of n rigs, each measured from its position of rest.
+    """Sampled motion of n rigs, each measured from its position of rest; arrays of shape (samples, n)."""
 
-    Attributes
-    ----------
-    shaker, mass, tilt : ndarray, shape (samples, n)
-        xs and x of P (m), tilt (rad).
-    parted : ndarray of float, shape (n,)
-        When the rig flew apart or tilted past its wires' reach (s), NaN if it did not; it is held from there on.
-    """
-
-    shaker: np.ndarray
-    mass: np.ndarray
-    tilt: np.ndarray
-    parted: np.ndarray
+    shaker: np.ndarray  # xs (m)
+    mass: np.ndarray  # x of P (m)
+    tilt: np.ndarray  # rad
+    parted: (
+        np.ndarray
+    )  # shape (n,): when the rig flew apart or tilted past its wires' reach (s), else NaN; held from then
 
 
 def check_step(parameters, step):
-    """Refuse a step (s) that is too long for the stiffest of the rigs.
-
-    Raises
-    ------
-    ValueError
-        If it is.
-    """
+    """Raise `ValueError` for a step (s) that is too long for the stiffest of the rigs."""
     limit = min(longest_step(p) for p in set(parameters))
     if not 0 < step < limit:
         raise ValueError(f"step = {step:g} s is unstable; expected above 0 and below 2/omega = {limit:.3g} s")
@@ -139,14 +127,8 @@ def check_step(parameters, step):
 class RigSpace:
     """Many rigs side by side in one `pymunk.Space`, stepped together.
 
-    Parameters
-    ----------
-    parameters : sequence of RigParameters
-        One a rig.
-    step : float
-        s.
-    start : {"rest", "equilibrium"}
-        Wires unsagged, or the static equilibrium; at rest either way.
+    ``parameters`` are one a rig, ``step`` is in s, and ``start`` one of `STARTS`: wires unsagged, or the static
+    equilibrium; at rest either way.
 
     Raises
     ------
@@ -198,20 +180,10 @@ class RigSpace:
         _each_body(_EACH_BODY, self._address, self._write.handles)
 
     def advance(self, frame_force, tap_force, sample_every):
-        """Take as many steps as there are kicks, and return the motion at every ``sample_every``-th.
+        """Take as many steps as there are kicks, and return the `Motion` at every ``sample_every``-th.
 
-        Parameters
-        ----------
-        frame_force : ndarray, shape (steps, n) or (steps, 1)
-            Force on the frames (N) at each kick; the first kick of all is that of t = 0.
-        tap_force : ndarray, shape (steps, n)
-            Force on the masses (N) at each kick.
-        sample_every : int
-            Steps a sample; ``steps`` is a multiple of it. Positions are those at the kick.
-
-        Returns
-        -------
-        Motion
+        Forces at each kick (N), the first of all that of t = 0: ``frame_force`` (steps, n) or (steps, 1) on the frames,
+        ``tap_force`` (steps, n) on the masses. ``steps`` is a multiple of ``sample_every``.
         """
         steps, n = tap_force.shape
         positions = np.empty((steps // sample_every, 4, n))

@@ -54,20 +54,11 @@ class Tap:
 
 @dataclass(frozen=True, eq=False)
 class HeldForce:
-    """A sampled force on one frame, held between its samples.
+    """A sampled force on one frame, held between its samples."""
 
-    Attributes
-    ----------
-    samples : ndarray, shape (n,)
-        N.
-    substeps : int
-        Steps of the leapfrog a sample interval.
-    hold : {"zero", "linear"}
-    """
-
-    samples: np.ndarray
-    substeps: int
-    hold: str
+    samples: np.ndarray  # N, shape (n,)
+    substeps: int  # of the leapfrog, a sample interval
+    hold: str  # of HOLDS
 
     def kicks(self, first, count):
         """Force (N) of the kicks ``first`` to ``first + count - 1``, shape (count, 1)."""
@@ -85,19 +76,11 @@ class HeldForce:
 
 @dataclass(frozen=True, eq=False)
 class CosineForce:
-    """F cos(2 pi f t) on each of n frames.
+    """F cos(2 pi f t) on each of n frames."""
 
-    Attributes
-    ----------
-    amplitude, frequency : ndarray, shape (n,)
-        N, Hz.
-    step : float
-        Step of the leapfrog (s).
-    """
-
-    amplitude: np.ndarray
-    frequency: np.ndarray
-    step: float
+    amplitude: np.ndarray  # N, shape (n,)
+    frequency: np.ndarray  # Hz, shape (n,)
+    step: float  # of the leapfrog (s)
 
     def kicks(self, first, count):
         """Force (N) of the kicks ``first`` to ``first + count - 1``, shape (count, n)."""
@@ -107,20 +90,11 @@ class CosineForce:
 
 @dataclass(frozen=True, eq=False)
 class TapForce:
-    """Taps on each of n masses.
+    """Taps on each of n masses."""
 
-    Attributes
-    ----------
-    taps : sequence of Tap or None, length n
-    mass : ndarray, shape (n,)
-        kg.
-    step : float
-        Step of the leapfrog (s).
-    """
-
-    taps: tuple
-    mass: np.ndarray
-    step: float
+    taps: tuple  # of Tap or None, length n
+    mass: np.ndarray  # kg, shape (n,)
+    step: float  # of the leapfrog (s)
 
     def kicks(self, first, count):
         """Force (N) of the kicks ``first`` to ``first + count - 1``, shape (count, n)."""

@@ -44,9 +44,8 @@ class Modes(Result):
         """`pandas.DataFrame` with a row per mode."""
         import pandas as pd
 
-        return pd.DataFrame(
-            {"frequency [Hz]": self.frequency, "damping ratio": self.damping}, index=pd.Index(self.names, name="mode")
-        )
+        columns = {"frequency [Hz]": self.frequency, "damping ratio": self.damping}
+        return pd.DataFrame(columns, index=pd.Index(self.names, name="mode"))
 
 
 def largest_to_one(shape):
@@ -55,25 +54,20 @@ def largest_to_one(shape):
 
 
 def modes_of(mass, damping, stiffness, names):
-    """Modes of the quadratic eigenvalue problem, named by where their kinetic energy is.
+    """`Modes` of the quadratic eigenvalue problem, named by where their kinetic energy is.
 
     Parameters
     ----------
-    mass, damping, stiffness : array_like, shape (n, n)
+    mass, damping, stiffness : ndarray, shape (n, n)
         SI units; the mass matrix is positive definite.
     names : sequence of str
         A name for each coordinate.
-
-    Returns
-    -------
-    Modes
 
     Raises
     ------
     ValueError
         If the equilibrium is unstable or a mode does not oscillate (overdamped).
     """
-    mass, damping, stiffness = (np.asarray(a, dtype=float) for a in (mass, damping, stiffness))
     n = len(mass)
     # Symmetric scaling by the modal mass keeps metres and radians comparable.
     half = np.sqrt(np.diag(mass))

@@ -7,17 +7,7 @@ from .modes import modes_of
 
 
 def matrices(parameters):
-    """Mass, damping and stiffness matrices of Eqs. (3a, b) without the cubic term.
-
-    Parameters
-    ----------
-    parameters : OscillatorParameters or RigParameters
-
-    Returns
-    -------
-    tuple of three ndarray, shape (2, 2)
-        Over the displacements [xs, x]; kg, N s/m, N/m.
-    """
+    """Mass, damping and stiffness (2, 2) of Eqs. (3a, b) over [xs, x], without the cubic term; kg, N s/m, N/m."""
     p = oscillator_of(parameters)
     between = np.array([[1.0, -1.0], [-1.0, 1.0]])
     shaker = np.array([[1.0, 0.0], [0.0, 0.0]])
@@ -25,16 +15,11 @@ def matrices(parameters):
 
 
 def oscillator_modes(parameters):
-    """Modes of the underlying linear system: the paper's Table 3.
+    """`Modes` of the underlying linear system, "mass" and "shaker" by what moves most: the paper's Table 3.
 
     Parameters
     ----------
     parameters : OscillatorParameters or RigParameters
-
-    Returns
-    -------
-    Modes
-        Named "mass" and "shaker" by what moves most.
 
     Raises
     ------

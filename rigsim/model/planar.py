@@ -31,22 +31,9 @@ COORDINATES = ("frame", "axial", "bounce", "rocking")
 
 
 def pack(parameters):
-    """Rigs as the arrays that compiled loops read.
+    """Rigs (n,) and wires (n, 6) as the structured arrays that compiled loops read; `ValueError` if one is no rig.
 
-    Parameters
-    ----------
-    parameters : sequence of RigParameters
-
-    Returns
-    -------
-    rigs : structured ndarray, shape (n,)
-    wires : structured ndarray, shape (n, 6)
-        Three of each set: up, down, and left and right together. Rigs of one set have three of zero stiffness.
-
-    Raises
-    ------
-    ValueError
-        If an element is not a `RigParameters`.
+    Three wires of each set: up, down, and left and right together. Rigs of one set have three of zero stiffness.
     """
     rigs = np.zeros(len(parameters), dtype=RIG)
     wires = np.zeros((len(parameters), 6), dtype=WIRE)
@@ -271,15 +258,11 @@ def _hangs(parameters, changes):
 
 
 def static_equilibrium(parameters):
-    """Stable equilibrium under gravity, followed from the weightless rig as gravity is turned on.
+    """`StaticEquilibrium` under gravity, the stable one, followed from the weightless rig as gravity is turned on.
 
     Parameters
     ----------
     parameters : RigParameters
-
-    Returns
-    -------
-    StaticEquilibrium
 
     Raises
     ------
@@ -350,16 +333,13 @@ def mass_matrix(parameters):
 
 
 def linear_modes(parameters):
-    """Modes of the rig about its static equilibrium.
+    """`Modes` of the rig about its static equilibrium.
+
+    Shapes are over (xs, X, Y, tilt); named "frame", "axial", "bounce" and "rocking" by the motion of P.
 
     Parameters
     ----------
     parameters : RigParameters
-
-    Returns
-    -------
-    Modes
-        Shapes over (xs, X, Y, tilt); named "frame", "axial", "bounce" and "rocking" by the motion of P.
 
     Raises
     ------

@@ -8,14 +8,9 @@ from ..parameters import law_of, oscillator_of
 
 @inlinable
 def axial_force(spring, z):
-    """Force of all wires along the axis at the relative displacement z, and its slope; units as of ``spring``.
+    """Force of all wires along the axis at the relative displacement z, and its slope; for ``spring`` see `spring_of`.
 
-    Parameters
-    ----------
-    spring : sequence of four float
-        See `spring_of`.
-    z : float
-        Or, from Python, an array.
+    Units are those of ``spring``; z is a float or, from Python, an array.
     """
     square = z * z
     if spring[0] == 0.0:
@@ -30,19 +25,9 @@ def axial_force(spring, z):
 
 
 def spring_of(parameters, law=None, stiffness=1.0, length=1.0):
-    """What `axial_force` reads: 0, k1, k3, 0 of Eq. (2), or sum(k), d, d0, d - d0 of Eq. (1).
+    """What `axial_force` reads: 0, k1, k3, 0 of Eq. (2), or sum(k), d, d0, d - d0 of Eq. (1), four floats.
 
-    Parameters
-    ----------
-    parameters : RigParameters or OscillatorParameters
-    law : {"exact", "cubic"}, optional
-        See `rigsim.parameters.law_of`.
-    stiffness, length : float
-        Units of what `axial_force` is given and gives (N/m, m).
-
-    Returns
-    -------
-    tuple of four float
+    ``stiffness`` (N/m) and ``length`` (m) are the units of what it is given and gives; for ``law`` see `law_of`.
     """
     if law_of(parameters, law) == "cubic":
         oscillator = oscillator_of(parameters)

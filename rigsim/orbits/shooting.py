@@ -128,15 +128,12 @@ def shoot_orbit(parameters, force, frequency, state, law=None, *, period=1, iter
 
     Parameters
     ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Force amplitude F (N, above zero).
+    parameters, force, law
+        See `rigsim.orbits.periodic_orbits.periodic_orbits`.
     frequency : float
         Forcing frequency (Hz).
     state : (4,) array_like
         xs, x (m), xs', x' (m/s) at a crest of the force.
-    law : {"exact", "cubic"}, optional
-        See `rigsim.parameters.law_of`.
     period : int
         Forcing periods after which the state shall return. An orbit that returns sooner is found too.
     iterations : int

@@ -135,25 +135,11 @@ class Subharmonics(Result):
         import pandas as pd
 
         rows = [
-            (
-                one.frequency,
-                one.period,
-                1e3 * one.amplitude,
-                1e3 * abs(one.relative[one.period]),
-                one.giveaway[0],
-                1e3 * one.giveaway[1],
-                100 * one.share,
-            )
-            for one in self.motions
+            (m.frequency, m.period, 1e3 * m.amplitude, 1e3 * abs(m.relative[m.period]), f, 1e3 * z, 100 * m.share)
+            for m in self.motions
+            for f, z in [m.giveaway]
         ]
-        columns = [
-            "frequency [Hz]",
-            "period",
-            "largest |z| [mm]",
-            "|z| at f [mm]",
-            "tell-tale line [Hz]",
-            "its |z| [mm]",
-        ]
+        columns = "frequency [Hz]", "period", "largest |z| [mm]", "|z| at f [mm]", "tell-tale line [Hz]", "its |z| [mm]"
         return pd.DataFrame(rows, columns=[*columns, "share [%]"])
 
     def summary(self):
@@ -170,40 +156,21 @@ class Subharmonics(Result):
 
 
 def subharmonic_motions(
-    parameters,
-    force,
-    frequency=None,
-    *,
-    law=None,
-    starts=256,
-    follow=(20.0, 200.0),
-    seed=0,
-    progress=False,
-    executor=None,
-    checkpoint=None,
-):
+    parameters, force, frequency=None, *, law=None, starts=256, follow=(20.0, 200.0), seed=0, progress=False,
+    executor=None, checkpoint=None,
+):  # fmt: skip
     """Search a band for motions of two and three forcing periods, and follow each to both its folds.
 
     Parameters
     ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude F (N).
+    parameters, force, law, starts, seed
+        See `rigsim.attraction.attractors.attractors`; the starts are those at every frequency.
     frequency : (n,) array_like, optional
         Where to search (Hz); by default every 2 Hz from 40 to 110.
-    law : {"exact", "cubic"}, optional
-        See `rigsim.parameters.law_of`.
-    starts : int
-        Quasi-random states at every frequency; see `rigsim.attraction.attractors.attractors`.
     follow : (float, float)
         Band in which curves are followed (Hz); widened to hold ``frequency``.
-    seed : int
-    progress : bool or callable
-        True shows a bar; a callable is told (frequencies done, frequencies in all).
-    executor : concurrent.futures.Executor, optional
-        Where frequencies are searched, by default here one after the other, each on every core.
-    checkpoint : path, optional
-        File that keeps finished frequencies.
+    progress, executor, checkpoint
+        See `rigsim.campaign.run.run_chunks`; by default frequencies are searched one after the other, on every core.
 
     Returns
     -------
@@ -239,14 +206,12 @@ def _search_chunk(chunk):
     found = attractors(**chunk)
     several = [one for one in found if one.period > 1]
     count = 9 * max([3, *(one.period for one in several)]) + 1
-    relative = np.zeros((len(several), count), dtype=complex)
-    for row, one in zip(relative, several, strict=True):
-        row[: one.relative.size] = one.relative
+    relative = [np.pad(one.relative, (0, count - one.relative.size)) for one in several]
     label, _ = found.settle(quasi_random(chunk["starts"], found.box, chunk["seed"]))
     return {
         "period": np.array([one.period for one in several], dtype=int),
         "amplitude": np.array([one.amplitude for one in several]),
-        "relative": relative,
+        "relative": np.array(relative, dtype=complex).reshape(-1, count),
         "share": np.array([(label == one.motion).mean() for one in several]),
     }
 
@@ -260,14 +225,11 @@ def _families(parameters, force, law, band, motions):
         at = next((i for i, branch in enumerate(branches) if _lies_on(one, branch)), None)
         if at is None:
             at = len(branches)
-            branches.append(
-                continue_orbit(parameters, force, one.frequency, one.relative, band, _HARMONICS, law, period=one.period)
-            )
+            known = one.frequency, one.relative
+            branches.append(continue_orbit(parameters, force, *known, band, _HARMONICS, law, period=one.period))
             met.append([])
         met[at].append(one.frequency)
-    families = [
-        SubharmonicFamily(branch.period, branch, np.array(places)) for branch, places in zip(branches, met, strict=True)
-    ]
+    families = [SubharmonicFamily(one.period, one, np.array(places)) for one, places in zip(branches, met, strict=True)]
     return tuple(sorted(families, key=lambda one: (one.period, one.branch.frequency.min())))
 
 

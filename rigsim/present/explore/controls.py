@@ -10,12 +10,12 @@ _STYLE = {"description_width": "172px"}
 _LAYOUT = {"width": "370px"}
 
 
-def slider(description, value, low, high, step, digits, *, continuous=True):
+def slider(description, value, low, high, step, digits):
     """A `FloatSlider` whose range is widened to hold its first value."""
     value = float(f"{value:.9g}")  # 3, where a difference of two lengths leaves 2.99999999999...
     return ipywidgets.FloatSlider(
         value, min=min(low, value), max=max(high, value), step=step, description=description,
-        readout_format=f".{digits}f", continuous_update=continuous, style=_STYLE, layout=_LAYOUT,
+        readout_format=f".{digits}f", style=_STYLE, layout=_LAYOUT,
     )  # fmt: skip
 
 
@@ -24,19 +24,14 @@ def choice(description, options, value):
     return ipywidgets.Dropdown(options=options, value=value, description=description, style=_STYLE, layout=_LAYOUT)
 
 
-def force_slider(force):
-    """Amplitude of the force (N)."""
-    return slider("force F [N]", force, 0.05, 8.0, 0.01, 2)
-
-
-def stretch_slider(parameters, **options):
+def stretch_slider(parameters):
     """Stretch of the wires (µm), which sets their tension k (d - d0)."""
-    return slider("wire stretch d − d0 [µm]", 1e6 * (parameters.d - parameters.d0), 0.0, 30.0, 0.1, 1, **options)
+    return slider("wire stretch d − d0 [µm]", 1e6 * (parameters.d - parameters.d0), 0.0, 30.0, 0.1, 1)
 
 
-def offset_slider(parameters, **options):
+def offset_slider(parameters):
     """Offset LG of the centre of mass from P (mm)."""
-    return slider("mass offset LG [mm]", 1e3 * parameters.LG, -11.0, 11.0, 0.125, 3, **options)
+    return slider("mass offset LG [mm]", 1e3 * parameters.LG, -11.0, 11.0, 0.125, 3)
 
 
 def sets_choice(parameters):
@@ -49,16 +44,7 @@ def reset_label(parameters):
     return "Paper's rig" if parameters == PAPERS_RIG else "Rig as given"
 
 
-def widest_half_spacing(parameters):
-    """Half spacing (m) of the widest pair of sets symmetric about P that the cylinder can carry."""
-    return parameters.Lm / 2 - abs(parameters.LG)
-
-
-def with_stretch(parameters, stretch):
-    """The rig with its wires cut so that they are stretched by ``stretch`` (µm); the pins stay."""
-    return parameters.replace(d0=parameters.d - 1e-6 * stretch)
-
-
-def with_sets(parameters, sets):
-    """The rig on one wire set or two, at the same k1 and k3."""
-    return parameters.single_set() if sets == 1 else parameters.double_set()
+def changed(parameters, stretch, sets=None, **others):
+    """The rig with wires cut so that they are stretched by ``stretch`` (µm), on one set or two of the same k1, k3."""
+    rig = parameters.replace(d0=parameters.d - 1e-6 * stretch, **others)
+    return rig.single_set() if sets == 1 else rig.double_set() if sets == 2 else rig

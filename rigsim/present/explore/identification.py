@@ -1,6 +1,5 @@
 """Panel: a random test of the rig with noise on its sensors, and what identification makes of it."""
 
-from dataclasses import replace
 from html import escape
 
 import numpy as np
@@ -9,22 +8,17 @@ from ...experiment.random_test import random_test
 from ...identification.identify import identify
 from ..figures.rig_parts import SETS, only_rigs
 from ..figures.style import BLACK, BLUE, GREY, ORANGE, style, subplots
-from .controls import (
-    PAPERS_RIG,
-    reset_label,
-    sets_choice,
-    slider,
-    stretch_slider,
-    with_sets,
-    with_stretch,
-)
+from .controls import PAPERS_RIG, changed, reset_label, sets_choice, slider, stretch_slider
 from .live import LivePanel
 
 _TEST_SHARE = 0.5  # of the progress bar
 
 
 def identification_panel(parameters=PAPERS_RIG, rms=1.115, duration=30.0, seed=2014):
-    """Random test and identification at a press of the button: the coefficient's spectrum and the parameters' errors.
+    """`LivePanel` of a random test and its identification: the coefficient's spectrum and the parameters' errors.
+
+    Controls "rms" (N), "stretch" (µm), "sets", "noise" (percent of each displacement's rms) and "duration" (s);
+    the button ``start`` tests and identifies.
 
     Parameters
     ----------
@@ -36,12 +30,6 @@ def identification_panel(parameters=PAPERS_RIG, rms=1.115, duration=30.0, seed=2
         Of the test at first (s).
     seed : int
         Of the force and of the noise.
-
-    Returns
-    -------
-    LivePanel
-        Controls "rms" (N), "stretch" (µm), "sets", "noise" (percent of each displacement's rms) and "duration" (s);
-        the button ``start`` tests and identifies.
 
     Raises
     ------
@@ -66,21 +54,16 @@ def identification_panel(parameters=PAPERS_RIG, rms=1.115, duration=30.0, seed=2
         axes.set_ylabel("Re $k_3$ [N/m$^3$]")
         figure.legend(loc="outside upper center", ncols=4)
 
-    def settings(stretch, sets):
-        return with_sets(with_stretch(parameters, stretch), sets)
-
     def update(rms, stretch, sets, noise, duration):
-        rig = settings(stretch, sets)
+        rig = changed(parameters, stretch, sets)
         return (
             f"{SETS[rig.wire_sets].capitalize()}, {rms:.3f} N rms for {duration:.0f} s, {noise:g} % noise: "
             "press <b>Test and identify</b>."
         )
 
     def test(report, rms, stretch, sets, noise, duration):
-        rig = settings(stretch, sets)
-        record = random_test(
-            rig, rms, duration, seed=seed, progress=lambda done, total: report(_TEST_SHARE * done, total)
-        )
+        rig = changed(parameters, stretch, sets)
+        record = random_test(rig, rms, duration, seed=seed, progress=lambda done, n: report(_TEST_SHARE * done, n))
         result = identify(_with_noise(record, noise / 100, seed))
         before.set_data(*estimate.get_data())
         estimate.set_data(result.frequency, result.nonlinear_coefficient.real)
@@ -101,10 +84,8 @@ def _with_noise(record, share, seed):
     """The record with white noise on both displacements, ``share`` of each one's rms."""
     # A stream of its own: the force is drawn from the seed itself.
     noise = np.random.default_rng([seed, 1]).standard_normal((2, record.force.size))
-    shaker, mass = (
-        signal + share * signal.std() * n for signal, n in zip((record.shaker, record.mass), noise, strict=True)
-    )
-    return replace(record, shaker=shaker, mass=mass)
+    shaker, mass = (u + share * u.std() * n for u, n in zip((record.shaker, record.mass), noise, strict=True))
+    return record.replace(shaker=shaker, mass=mass)
 
 
 def _words(result, rig, rms, noise):

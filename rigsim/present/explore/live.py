@@ -46,13 +46,8 @@ class LivePanel(ipywidgets.VBox):
 
     Attributes
     ----------
-    controls : dict of str to ipywidgets.Widget
-    image : ipywidgets.Image
-    message : ipywidgets.HTML
-    reset : ipywidgets.Button
-    start : ipywidgets.Button or None
-    progress : ipywidgets.FloatProgress or None
-    figure : DescribedFigure
+    image, message, reset, start, progress
+        Its widgets; the last two are None without an ``action``.
     """
 
     def __init__(self, figure, controls, update, *, action=None, label="", reset_label="Start again"):
@@ -68,18 +63,16 @@ class LivePanel(ipywidgets.VBox):
         # Without a tooltip: JupyterLab's view of an image fails on one. What is seen is said by the words below it.
         self.image = ipywidgets.Image(format="png", layout=fixed)
         self.message = ipywidgets.HTML(layout={"max_width": width})
-        self.reset = ipywidgets.Button(
-            description=reset_label, tooltip="Set every control back", layout={"width": "auto"}
-        )
+        wide = {"width": "auto"}
+        self.reset = ipywidgets.Button(description=reset_label, tooltip="Set every control back", layout=wide)
         self.start = self.progress = None
         buttons = [self.reset]
         if action is not None:
-            self.start = ipywidgets.Button(description=label, button_style="primary", layout={"width": "auto"})
+            self.start = ipywidgets.Button(description=label, button_style="primary", layout=wide)
             self.progress = ipywidgets.FloatProgress(max=1.0, layout={"visibility": "hidden", "width": "300px"})
             buttons = [self.start, self.reset, self.progress]
-        top = ipywidgets.Box(
-            list(self.controls.values()), layout={"flex_flow": "row wrap", "max_width": width, "overflow": "visible"}
-        )
+        rows = {"flex_flow": "row wrap", "max_width": width, "overflow": "visible"}
+        top = ipywidgets.Box(list(self.controls.values()), layout=rows)
         look = ipywidgets.HTML(_LOOK, layout={"display": "none"})
         super().__init__([look, top, ipywidgets.HBox(buttons), self.image, self.message])
         self.add_class("rigsim-panel")

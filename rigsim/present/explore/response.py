@@ -2,7 +2,7 @@
 
 from ..figures.rig_parts import only_rigs
 from ..figures.style import style, subplots
-from .controls import PAPERS_RIG, choice, force_slider, reset_label, slider, stretch_slider, with_stretch
+from .controls import PAPERS_RIG, changed, choice, reset_label, slider, stretch_slider
 from .curve import ResponseCurve
 from .live import LivePanel
 
@@ -10,7 +10,9 @@ _QUANTITIES = [("relative z", "relative"), ("mass x", "mass"), ("shaker xs", "sh
 
 
 def response_panel(parameters=PAPERS_RIG, force=3.18, quantity="relative"):
-    """The theory's response from 5 to 80 Hz, with its folds and detached curves.
+    """`LivePanel` of the theory's response from 5 to 80 Hz, with its folds and detached curves.
+
+    Controls "force" (N), "stretch" (µm), "mass" (g), "damping" (N s/m) and "quantity".
 
     Parameters
     ----------
@@ -21,11 +23,6 @@ def response_panel(parameters=PAPERS_RIG, force=3.18, quantity="relative"):
     quantity : {"relative", "mass", "shaker"}
         Displacement shown at first.
 
-    Returns
-    -------
-    LivePanel
-        Controls "force" (N), "stretch" (µm), "mass" (g), "damping" (N s/m) and "quantity".
-
     Raises
     ------
     ValueError
@@ -33,7 +30,7 @@ def response_panel(parameters=PAPERS_RIG, force=3.18, quantity="relative"):
     """
     only_rigs([parameters])
     controls = {
-        "force": force_slider(force),
+        "force": slider("force F [N]", force, 0.05, 8.0, 0.01, 2),
         "stretch": stretch_slider(parameters),
         "mass": slider("suspended mass m [g]", 1e3 * parameters.m, 0.5, 20.0, 0.1, 1),
         "damping": slider("axial damping c [N s/m]", parameters.c, 0.0, 0.2, 0.001, 3),
@@ -45,7 +42,6 @@ def response_panel(parameters=PAPERS_RIG, force=3.18, quantity="relative"):
         figure.legend(loc="outside lower center", ncols=6, handlelength=1.6, columnspacing=1.2)
 
     def update(force, stretch, mass, damping, quantity):
-        rig = with_stretch(parameters, stretch).replace(m=1e-3 * mass, c=damping)
-        return curve.show(rig, force, quantity)
+        return curve.show(changed(parameters, stretch, m=1e-3 * mass, c=damping), force, quantity)
 
     return LivePanel(figure, controls, update, reset_label=reset_label(parameters))

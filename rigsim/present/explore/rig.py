@@ -5,18 +5,7 @@ import numpy as np
 from ...model.planar import linear_modes, static_equilibrium
 from ..figures.rig_parts import SETS, only_rigs, rig_parts
 from ..figures.style import BLACK, BLUE, GREY, RED, SKY, style, subplots
-from .controls import (
-    PAPERS_RIG,
-    choice,
-    offset_slider,
-    reset_label,
-    sets_choice,
-    slider,
-    stretch_slider,
-    widest_half_spacing,
-    with_sets,
-    with_stretch,
-)
+from .controls import PAPERS_RIG, changed, choice, offset_slider, reset_label, sets_choice, slider, stretch_slider
 from .live import LivePanel
 
 _TEST_BAND = (10.0, 80.0)  # Hz, the paper's
@@ -40,7 +29,10 @@ _LINES = {
 
 
 def rig_panel(parameters=PAPERS_RIG, exaggeration=10):
-    """The rig at its static equilibrium, its tilt and sag, and the modes about it.
+    """`LivePanel` of the rig at its static equilibrium, its tilt and sag, and the modes about it.
+
+    Controls "sets", "stretch" (µm), "offset" (mm), "spacing" (percent of the widest), "gravity" (m/s^2) and
+    "exaggeration".
 
     Parameters
     ----------
@@ -49,20 +41,14 @@ def rig_panel(parameters=PAPERS_RIG, exaggeration=10):
     exaggeration : {1, 10, 100, 1000}
         How many times as large the tilt is drawn at first; fewer where it would pass 45 degrees.
 
-    Returns
-    -------
-    LivePanel
-        Controls "sets", "stretch" (µm), "offset" (mm), "spacing" (percent of the widest), "gravity" (m/s^2) and
-        "exaggeration".
-
     Raises
     ------
     ValueError
         If the parameters are not a rig's.
     """
     only_rigs([parameters])
-    two = with_sets(parameters, 2)
-    share = 100 * (two.set_positions[1] / widest_half_spacing(two))
+    two = parameters.double_set()
+    share = 100 * (two.set_positions[1] / two.replace(set_half_spacing=None).set_positions[1])
     controls = {
         "sets": sets_choice(parameters),
         "stretch": stretch_slider(parameters),
@@ -80,11 +66,9 @@ def rig_panel(parameters=PAPERS_RIG, exaggeration=10):
         figure.legend(loc="outside right upper")
 
     def update(sets, stretch, offset, spacing, gravity, exaggeration):
-        rig = with_stretch(two, stretch).replace(LG=1e-3 * offset, set_half_spacing=None, gravity=gravity)
-        rig = rig.replace(set_half_spacing=spacing / 100 * widest_half_spacing(rig))
-        rig = with_sets(rig, sets)
-        at = static_equilibrium(rig)
-        modes = linear_modes(rig)
+        widest = two.replace(LG=1e-3 * offset, set_half_spacing=None, gravity=gravity)
+        rig = changed(widest, stretch, sets, set_half_spacing=spacing / 100 * widest.set_positions[1])
+        at, modes = static_equilibrium(rig), linear_modes(rig)
         while exaggeration > 1 and exaggeration * abs(at.tilt) > _LARGEST_DRAWN:
             exaggeration //= 10
         for name, points in rig_parts(rig, at.coordinates, exaggeration).items():

@@ -11,18 +11,7 @@ from ...paper.virtual_experiment import BRANCHES, overlay, trial_name
 from ...results import Status
 from ..figures.rig_parts import SETS, only_rigs
 from ..figures.style import BLACK, GREY, MOTIONS, ORANGE, style, subplots
-from .controls import (
-    PAPERS_RIG,
-    choice,
-    force_slider,
-    offset_slider,
-    reset_label,
-    sets_choice,
-    slider,
-    stretch_slider,
-    with_sets,
-    with_stretch,
-)
+from .controls import PAPERS_RIG, changed, choice, offset_slider, reset_label, sets_choice, slider, stretch_slider
 from .curve import BAND, ResponseCurve
 from .live import LivePanel
 
@@ -31,7 +20,10 @@ _HIGHEST = 4.0  # the spectrum ends at this multiple of the force's frequency
 
 
 def shake_panel(parameters=PAPERS_RIG, force=3.18, frequency=30.0):
-    """Sine tests of the multi-body rig, one at a press of the button, laid over the theory.
+    """`LivePanel` of sine tests of the multi-body rig, one at a press of the button, laid over the theory.
+
+    Controls "frequency" (Hz), "force" (N), "sets", "stretch" (µm), "offset" (mm), "tap" (m/s, zero for none) and
+    "duration" (s); the button ``start`` shakes.
 
     Parameters
     ----------
@@ -39,12 +31,6 @@ def shake_panel(parameters=PAPERS_RIG, force=3.18, frequency=30.0):
         What the controls start from.
     force, frequency : float
         At first (N, Hz).
-
-    Returns
-    -------
-    LivePanel
-        Controls "frequency" (Hz), "force" (N), "sets", "stretch" (µm), "offset" (mm), "tap" (m/s, zero for none)
-        and "duration" (s); the button ``start`` shakes.
 
     Raises
     ------
@@ -54,7 +40,7 @@ def shake_panel(parameters=PAPERS_RIG, force=3.18, frequency=30.0):
     only_rigs([parameters])
     controls = {
         "frequency": slider("frequency f [Hz]", frequency, *BAND, 0.1, 1),
-        "force": force_slider(force),
+        "force": slider("force F [N]", force, 0.05, 8.0, 0.01, 2),
         "sets": sets_choice(parameters),
         "stretch": stretch_slider(parameters),
         "tap": slider("tap at 1 s [m/s, 0: none]", 0.0, -2.0, 2.0, 0.05, 2),
@@ -62,24 +48,20 @@ def shake_panel(parameters=PAPERS_RIG, force=3.18, frequency=30.0):
         "duration": choice("shake for", [("3 s", 3.0), ("6 s", 6.0)], 3.0),
     }
     with style():
-        figure, (left, right) = subplots(
-            1, 2, alt="Sine tests of the rig over the theory, and the spectrum of the last", width=9.4, height=4.3
-        )
+        alt = "Sine tests of the rig over the theory, and the spectrum of the last"
+        figure, (left, right) = subplots(1, 2, alt=alt, width=9.4, height=4.3)
         picture = _ShakePicture(left, right)
         figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=5)
     circles = []
 
-    def settings(sets, stretch, offset):
-        return with_sets(with_stretch(parameters, stretch).replace(LG=1e-3 * offset), sets)
-
     def update(frequency, force, sets, stretch, tap, offset, duration):
-        rig = settings(sets, stretch, offset)
+        rig = changed(parameters, stretch, sets, LG=1e-3 * offset)
         words = picture.theory.show(rig, force)
         picture.place(circles, rig, force, frequency)
         return f"{words} Press <b>Shake</b> to test the rig at {frequency:.1f} Hz."
 
     def shake(report, frequency, force, sets, stretch, tap, offset, duration):
-        rig = settings(sets, stretch, offset)
+        rig = changed(parameters, stretch, sets, LG=1e-3 * offset)
         test = sine_test(rig, force, frequency, Tap(tap) if tap else None, duration, progress=report)
         branch = overlay(rig, test).branch[0][0]
         amplitude = 1e3 * abs(test.relative[0])
@@ -122,12 +104,10 @@ class _ShakePicture:
     def place(self, circles, rig, force, frequency):
         """Circles of these settings in the colour of their motion, those of others grey."""
         self.at.set_xdata([frequency] * 2)
-        here = [circle.rig == rig and circle.force == force for circle in circles]
-        kinds = {self.other: [circle for circle, same in zip(circles, here, strict=True) if not same]}
-        kinds |= {artist: [] for artist in (*self.settled.values(), self.unsettled)}
-        for circle, same in zip(circles, here, strict=True):
-            if same:
-                kinds[self.settled.get(circle.branch, self.unsettled)].append(circle)
+        kinds = {artist: [] for artist in (self.other, *self.settled.values(), self.unsettled)}
+        for circle in circles:
+            same = circle.rig == rig and circle.force == force
+            kinds[self.settled.get(circle.branch, self.unsettled) if same else self.other].append(circle)
         kinds[self.last] = circles[-1:]
         for artist, members in kinds.items():
             artist.set_data([circle.frequency for circle in members], [circle.amplitude for circle in members])

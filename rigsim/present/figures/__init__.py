@@ -1,4 +1,7 @@
-"""Figures, a file for each domain; the names here are those that results forward `.plot()` to."""
+"""Figures, a file for each domain; the names here are those that results forward `.plot()` to.
+
+Each takes a result and ``ax``, as `rigsim.results.Result.plot`, and returns a `matplotlib.figure.Figure`.
+"""
 
 from .basins import attractors_figure, basins_figure, integrity_figure, tap_map_figure
 from .design import design_figure, existence_chart_figure, margins_figure, tolerance_study_figure

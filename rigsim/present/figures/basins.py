@@ -12,16 +12,7 @@ _MARKERS = "osD^vP*X"
 
 
 def motion_colors(attractors):
-    """A colour for each motion, the same in every figure: the first of a name has its own, others follow in turn.
-
-    Parameters
-    ----------
-    attractors : Attractors
-
-    Returns
-    -------
-    list of str
-    """
+    """A colour for each of the `Attractors`, as in every figure: the first of a name has its own, others follow."""
     return _colors(one.name for one in attractors)
 
 

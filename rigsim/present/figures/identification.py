@@ -109,16 +109,11 @@ def _draw_singular_values(axis, identification):
     number = np.arange(1, values.size + 1)
     axis.semilogy(number[:order], values[:order], "o", color=BLUE, label=f"{order} kept")
     axis.semilogy(number[order:], values[order:], "o", color=GREY, markerfacecolor="none", label="left out")
-    axis.annotate(
-        "",
-        xy=(order + 0.5, values[order]),
-        xytext=(order + 0.5, values[order - 1]),
-        arrowprops={"arrowstyle": "<->", "color": BLACK},
-    )
-    middle = np.sqrt(values[order - 1] * values[order])
-    axis.text(order + 1.5, middle, f"jump: {values[order - 1] / values[order]:.2g}", va="center")
-    axis.set_xlabel("number")
-    axis.set_ylabel("singular value")
+    above, below = values[order - 1 : order + 1]
+    between = {"arrowstyle": "<->", "color": BLACK}
+    axis.annotate("", xy=(order + 0.5, below), xytext=(order + 0.5, above), arrowprops=between)
+    axis.text(order + 1.5, np.sqrt(above * below), f"jump: {above / below:.2g}", va="center")
+    axis.set(xlabel="number", ylabel="singular value")
     axis.legend(loc="upper right")
 
 

@@ -18,10 +18,6 @@ def modes_figure(modes, *, ax=None, largest=4e-3):
     largest : float
         Each mode is drawn so large that no corner of frame or mass moves by more than this (m).
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     ValueError

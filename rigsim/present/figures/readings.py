@@ -24,10 +24,6 @@ def readings_figure(identification, *, ax=None, beside=()):
     beside : Identification or sequence of them
         Of the same record, each by another reading.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     ValueError

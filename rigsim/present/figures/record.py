@@ -4,14 +4,8 @@ import numpy as np
 
 from .style import BLUE, GREEN, GREY, ORANGE, RED, outer_labels, style, subplots
 
-_COLOURS = {"force": GREY, "shaker": BLUE, "mass": ORANGE, "relative": GREEN, "tilt": RED}
-_LABELS = {
-    "force": "force [N]",
-    "shaker": "shaker [mm]",
-    "mass": "mass [mm]",
-    "relative": "relative [mm]",
-    "tilt": "tilt [mrad]",
-}
+_COLOURS = {"force": GREY, "shaker": BLUE, "mass": ORANGE, "relative": GREEN, "tilt": RED}  # from top to bottom
+_UNITS = {"force": "N", "tilt": "mrad"}  # others in mm
 
 
 def record_figure(record, *, ax=None, interval=None):
@@ -25,10 +19,6 @@ def record_figure(record, *, ax=None, interval=None):
     interval : pair of float, optional
         First and last instant shown (s); all of it by default.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     ValueError
@@ -38,12 +28,9 @@ def record_figure(record, *, ax=None, interval=None):
     low, high = (time[0], time[-1]) if interval is None else interval
     shown = (time >= low) & (time <= high)
     if shown.sum() < 2:
-        raise ValueError(
-            f"interval = {low:g} to {high:g} s is not allowed; expected two samples of 0 to {time[-1]:g} s"
-        )
-    channels = {"force": record.force, "shaker": record.shaker, "mass": record.mass, "relative": record.relative}
-    if record.tilt is not None:
-        channels["tilt"] = record.tilt
+        expected = f"two samples of 0 to {time[-1]:g} s"
+        raise ValueError(f"interval = {low:g} to {high:g} s is not allowed; expected {expected}")
+    channels = {name: getattr(record, name) for name in _COLOURS if getattr(record, name) is not None}
     alt = (
         f"Time histories of force, shaker, suspended mass and relative displacement from {low:.3g} to {high:.3g} s; "
         f"rms force {record.force.std():.3g} N, largest xs - x {1e3 * abs(record.relative).max():.3g} mm."
@@ -53,7 +40,7 @@ def record_figure(record, *, ax=None, interval=None):
         for axis, (name, values) in zip(axes, channels.items(), strict=True):
             scale = 1.0 if name == "force" else 1e3
             _draw(axis, time[shown], scale * values[shown], _COLOURS[name])
-            axis.set(xlabel="time [s]", ylabel=_LABELS[name], xlim=(low, high))
+            axis.set(xlabel="time [s]", ylabel=f"{name} [{_UNITS.get(name, 'mm')}]", xlim=(low, high))
         outer_labels(axes, ax=ax)
         return figure
 

@@ -27,10 +27,6 @@ def rig_figure(result, *, ax=None, beside=(), exaggeration=1.0, titles=None):
     titles : str or sequence of str, optional
         One a rig.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     ValueError

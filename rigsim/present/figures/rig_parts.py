@@ -10,13 +10,7 @@ SETS = {1: "one wire set", 2: "two wire sets"}
 
 
 def only_rigs(rigs):
-    """The rigs as a tuple.
-
-    Raises
-    ------
-    ValueError
-        If one is not a `RigParameters`.
-    """
+    """The rigs as a tuple; `ValueError` if one is not a `RigParameters`."""
     rigs = tuple(rigs)
     for p in rigs:
         if not isinstance(p, RigParameters):
@@ -60,8 +54,7 @@ def rig_parts(parameters, coordinates, exaggeration=1.0):
         return points + np.stack([xs, np.zeros_like(xs)], axis=-1)[..., None, :]
 
     wires = pack([parameters])[1][0][: 3 * parameters.wire_sets]
-    planar = wires[wires["hidden"] == 0]
-    across = wires[wires["hidden"] > 0]
+    planar, across = wires[wires["hidden"] == 0], wires[wires["hidden"] > 0]
     frame_pins = on_frame(np.column_stack([planar["anchor_x"], planar["anchor_y"]]))
     mass_pins = on_mass(planar["along"] + parameters.LG, planar["across"])
     ends = parameters.LG + parameters.Lm / 2 * np.array([-1, 1, 1, -1])

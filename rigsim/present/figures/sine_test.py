@@ -24,10 +24,6 @@ def sine_test_figure(test, *, ax=None):
     ----------
     test : SineTest
     ax : sequence of three matplotlib.axes.Axes, optional
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     tapped = _tapped(test)
     told = ", ".join(f"{int((test.status == s).sum())} {s}" for s in Status if (test.status == s).any())
@@ -66,10 +62,6 @@ def distortion_figure(test, *, ax=None):
     test : SineTest
         Points that did not settle are grey triangles: their lines are not steady.
     ax : sequence of three matplotlib.axes.Axes, optional
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     percent = 100 * test.distortion
     settled, tapped = test.status == Status.SETTLED, _tapped(test)
@@ -94,9 +86,8 @@ def distortion_figure(test, *, ax=None):
                     (chosen & ~settled, {"marker": "^", "color": "#A0A0A0"}, ", not settled"),
                 ):
                     if these.any():
-                        marks(
-                            axes, test.frequency[these], percent[these, column], look, filled=tap, label=label + words
-                        )
+                        key = {"filled": tap, "label": label + words}
+                        marks(axes, test.frequency[these], percent[these, column], look, **key)
             axes.axhline(5, color=BLACK, linestyle="--", linewidth=1.2, label="5 %")
             log_scale(axes)
             axes.set(xlabel="frequency [Hz]", ylabel="largest harmonic [%]", title=name)

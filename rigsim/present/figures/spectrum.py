@@ -10,6 +10,8 @@ from .style import BLACK, ORANGE, as_tuple, legend, outer_labels, style, subplot
 def spectrum_figure(test, *, ax=None, indices=0, beside=(), highest=4.0):
     """Amplitude spectra of z and tilt of single sine tests, so that a motion at f/2 or f/3 cannot pass unseen.
 
+    Amplitudes are zero to peak; see `Record.spectrum`.
+
     Parameters
     ----------
     test : SineTest
@@ -21,11 +23,6 @@ def spectrum_figure(test, *, ax=None, indices=0, beside=(), highest=4.0):
         Whose points of these indices follow below.
     highest : float
         Spectra end at this multiple of the force's frequency.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Amplitudes zero to peak; see `Record.spectrum`.
 
     Raises
     ------

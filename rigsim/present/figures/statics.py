@@ -23,10 +23,6 @@ def statics_figure(equilibrium, *, ax=None, points=25):
     points : int
         Rigs a curve.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     ValueError

@@ -138,10 +138,9 @@ def subplots(rows=1, columns=1, *, alt, ax=None, width=7.5, height=None, **optio
     handed = np.ravel(np.array(ax, dtype=object))
     if handed.size != rows * columns or not all(isinstance(one, Axes) for one in handed):
         raise ValueError(f"ax has {handed.size} elements; expected {rows * columns} matplotlib axes, one a panel")
+    grid = handed.reshape(rows, columns)
     if options.get("squeeze", True):
-        grid = handed[0] if handed.size == 1 else handed if 1 in (rows, columns) else handed.reshape(rows, columns)
-    else:
-        grid = handed.reshape(rows, columns)
+        grid = grid.squeeze()[()]  # as Matplotlib does: one axes, a row or a grid
     return handed[0].figure, grid
 
 
@@ -151,14 +150,9 @@ def as_tuple(beside):
 
 
 def outer_labels(axes, *, ax=None):
-    """Keep the labels on the outside of our own figure; axes that the user handed in keep them all.
+    """Keep the labels of axes that share them on the outside of our own figure; axes the user handed in keep all.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes or array of them
-        That share their labels along rows and columns.
-    ax
-        As given to `subplots`.
+    ``ax`` is as given to `subplots`.
     """
     if ax is None:
         panels = np.ravel(np.array(axes, dtype=object))
@@ -190,22 +184,10 @@ def marks(axes, frequency, amplitude, look, filled=False, **options):
 
 
 def legend(axes, *, ax=None, columns=2, loc="outside lower center", inside=True, **options):
-    """One key for all panels: outside our own figure, or at the last of the axes ``ax`` that the user handed in.
+    """One key for all panels, each label once: outside our own figure, or at the last ``ax`` that the user handed in.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes or array of them
-        Whose labels are collected, each once.
-    ax
-        As given to `subplots`.
-    columns : int
-        Of the key outside.
-    loc : str
-        Of the key outside.
-    inside : bool
-        Whether the user's axes have room for the key; else it stands below them.
-    **options
-        Passed on to matplotlib's ``legend``.
+    ``columns`` and ``loc`` are those of the key outside, ``inside`` says whether the user's axes have room for it (else
+    it stands below them), and further options are passed on to matplotlib's ``legend``.
     """
     panels = np.ravel(np.array(axes, dtype=object))
     keys = {}

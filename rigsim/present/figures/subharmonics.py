@@ -65,9 +65,8 @@ def _curve(top, bottom, family):
     branch, period, color = family.branch, family.period, _COLORS[family.period]
     below = np.abs(branch.relative)
     below[:, ::period] = 0.0
-    heights = 1e3 * np.abs(branch.relative[:, period]), 1e3 * below.max(axis=1)
     at = list(branch.folds)
-    for axes, height in zip((top, bottom), heights, strict=True):
+    for axes, height in (top, 1e3 * np.abs(branch.relative[:, period])), (bottom, 1e3 * below.max(axis=1)):
         for run, solid in branch.runs:
             label = f"period {period}, {'stable' if solid else 'unstable'}"
             key = STABLE if solid else UNSTABLE

@@ -9,17 +9,7 @@ def unique_ids(text, prefix):
     """Put ``prefix`` before every id of an SVG text and before every reference to one.
 
     Matplotlib names its glyphs and clips alike in every figure, so that the second figure of a page would be cut by
-    the clip of the first.
-
-    Parameters
-    ----------
-    text : str
-        SVG, or HTML that contains it.
-    prefix : str
-        Put before each id; letters, digits and hyphens, a letter first.
-
-    Returns
-    -------
-    str
+    the clip of the first. The text may be HTML that contains SVG; a prefix is letters, digits and hyphens, a letter
+    first.
     """
     return _ID.sub(lambda match: match[1] + prefix, text)

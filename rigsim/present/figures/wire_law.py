@@ -19,10 +19,6 @@ def wire_law_figure(parameters, *, ax=None, reached=None, largest=5e-3):
     largest : float
         The force is drawn up to this z (m).
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     ValueError
@@ -49,9 +45,9 @@ def wire_law_figure(parameters, *, ax=None, reached=None, largest=5e-3):
     with style():
         figure, (left, right) = subplots(1, 2, alt=alt, ax=ax, width=9.0)
         if reached is not None:
-            low, high = 1e3 * reached
-            left.axvspan(-high, high, color=SKY, alpha=0.25, linewidth=0, label="z reached in the test")
-            right.axvspan(low, high, color=SKY, alpha=0.25, linewidth=0, label="amplitudes in the test")
+            (low, high), look = 1e3 * reached, {"color": SKY, "alpha": 0.25, "linewidth": 0}
+            left.axvspan(-high, high, **look, label="z reached in the test")
+            right.axvspan(low, high, **look, label="amplitudes in the test")
         left.plot(1e3 * z, suspension_force(z, parameters), color=BLACK, label="Eq. (1), exact")
         left.plot(1e3 * z, suspension_force(z, parameters, "cubic"), "--", color=ORANGE, label="Eq. (2), cubic")
         left.set(xlabel="relative displacement z [mm]", ylabel="force of the wires [N]")

@@ -57,10 +57,10 @@ def path_of(curve, axes, box, height):
         r = round(10 * key["radius"])
         circle = f"m{-r} 0a{r} {r} 0 1 0 {2 * r} 0a{r} {r} 0 1 0{-2 * r} 0"
         return "".join(f"M{x} {y}{circle}" for x, y in _tenths(points, height))
-    if "fill" in key:
-        return _line(_tenths(points, height)) + "z" if len(points) else ""
     if not len(points):
         return ""
+    if "fill" in key:
+        return _line(_tenths(points, height)) + "z"
     # Matplotlib's own clipping and merging of points that lie on a straight line within a ninth of a pixel.
     margin = np.array([-5, -5, 5, 5])
     cleaned = Path(points).cleaned(remove_nans=True, clip=tuple(box + margin), simplify=True)

@@ -51,10 +51,9 @@ class Curve:
         x, y = (np.asarray(values, dtype=float).ravel() for values in (self.x, self.y))
         if x.size != y.size:
             raise ValueError(f"a curve has {x.size} x and {y.size} y; expected the same number")
-        object.__setattr__(self, "x", x)
-        object.__setattr__(self, "y", y)
-        if self.color is None:
-            object.__setattr__(self, "color", BLACK if self.kind in ("point", "dot") else BLUE)
+        color = self.color or (BLACK if self.kind in ("point", "dot") else BLUE)
+        for name, value in (("x", x), ("y", y), ("color", color)):
+            object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)
@@ -161,17 +160,9 @@ class MovingPlot:
 
     def _repr_html_(self):
         svg, paths = self._draw()
-        data = json.dumps(
-            {
-                "paths": paths,
-                "texts": [self._text(value) for value in self.values],
-                "notes": self.notes,
-                "alt": self.alt,
-                "name": self.name,
-                "seconds": self.seconds,
-            },
-            separators=(",", ":"),
-        ).replace("</", "<\\/")
+        data = {"paths": paths, "texts": [self._text(value) for value in self.values]}
+        data |= {name: getattr(self, name) for name in ("notes", "alt", "name", "seconds")}
+        data = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
         key = "m" + hashlib.sha256((svg + data).encode()).hexdigest()[:8] + "-"
         button = '<button type="button">Play</button>' if self.seconds else ""
         note = f'<p class="rigsim-note">{escape(self.notes[self.start])}</p>' if any(self.notes) else ""
@@ -212,7 +203,7 @@ class MovingPlot:
         elements = []
         for (kind, _, color), curves in slots:
             texts = ["".join(path_of(curve, axes, box, height) for curve in group) for group in curves]
-            if len(texts) == 1 or len(set(texts)) == 1:
+            if len(set(texts)) == 1:
                 elements.append(f'<path d="{texts[0]}" {look(kind, color)}/>')
             else:
                 elements.append(f'<path class="moves" d="{texts[self.start]}" {look(kind, color)}/>')

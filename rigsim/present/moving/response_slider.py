@@ -10,7 +10,7 @@ _COLORS = {"main": BLUE, "inner": ORANGE, "outer": PURPLE}
 
 
 def response_slider(name, values, unit, responses, *, alt=None, beside=None, circles=None, **options):
-    """Amplitudes of shaker, mass and relative displacement over frequency, for each value of a parameter.
+    """`MovingPlot` of the amplitudes of shaker, mass and relative displacement over frequency, as a parameter changes.
 
     Stable solutions are solid, unstable ones dashed (Floquet multipliers about the single-term orbits); a detached
     curve has a colour of its own, and the sentence below the figure says where it lies.
@@ -33,10 +33,6 @@ def response_slider(name, values, unit, responses, *, alt=None, beside=None, cir
         circle out.
     **options
         ``start``, ``caption``, ``digits``, ``width``, ``height`` and ``seconds`` of `MovingPlot`.
-
-    Returns
-    -------
-    MovingPlot
 
     Raises
     ------

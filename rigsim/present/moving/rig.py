@@ -32,7 +32,7 @@ _CHANNELS = {
 
 def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggeration=1.0, *, seconds=6.0, titles=None,
                   channel="tilt"):  # fmt: skip
-    """The rig as it moved between two instants of a record, with its tilt, or z, over time beside it.
+    """`MovingPlot` of the rig as it moved between two instants of a record, with its tilt, or z, over time beside it.
 
     Frame and mass are drawn where the record has them, to scale. P's height is not recorded and is drawn as zero: in
     a sound rig it moves by micrometres. Several rigs stand side by side under one slider for time.
@@ -54,10 +54,6 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
         One a rig.
     channel : {"tilt", "relative"}
         What is drawn over time.
-
-    Returns
-    -------
-    MovingPlot
 
     Raises
     ------
@@ -128,27 +124,9 @@ def _histories(time, records, channel):
 
 
 def rig_motion(parameters, record, start=0.0, stop=None, frames=48):
-    """Planar coordinates of a rig at evenly spaced instants of a record.
+    """Evenly spaced instants (frames,) of a record (s), and xs, X, Y (m) and tilt (rad) there, shape (frames, 4).
 
-    Parameters
-    ----------
-    parameters : RigParameters
-    record : Record
-    start, stop : float
-        s.
-    frames : int
-
-    Returns
-    -------
-    time : ndarray, shape (frames,)
-        s.
-    coordinates : ndarray, shape (frames, 4)
-        xs, X, Y (m) and tilt (rad), with P at the height of zero.
-
-    Raises
-    ------
-    ValueError
-        As `rig_animation`.
+    P is at the height of zero. Arguments and errors are those of `rig_animation`.
     """
     (parameters,) = only_rigs([parameters])
     if record.tilt is None:

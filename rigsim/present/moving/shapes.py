@@ -29,18 +29,7 @@ class Shape:
 def drawing(shapes, frames, title="", xlim=None, ylim=None):
     """Shapes as a `Panel` to scale and in millimetres, for `animate` or beside its own drawing.
 
-    Parameters
-    ----------
-    shapes : sequence of Shape
-    frames : int
-        Sets of points of those that move.
-    title : str
-    xlim, ylim : pair of float, optional
-        Metres.
-
-    Returns
-    -------
-    Panel
+    ``frames`` counts the sets of points of those that move; ``xlim`` and ``ylim`` are pairs in metres.
 
     Raises
     ------
@@ -58,16 +47,14 @@ def drawing(shapes, frames, title="", xlim=None, ylim=None):
                 group.append(Curve(at[:, 0], at[:, 1], *key))
         else:
             raise ValueError(f"a shape has shape {points.shape}; expected ({frames}, n, 2) or (n, 2)")
-    limits = {
-        name: None if pair is None else tuple(1e3 * np.asarray(pair)) for name, pair in (("xlim", xlim), ("ylim", ylim))
-    }
-    return Panel(moving, "x [mm]", "y [mm]", title, fixed=tuple(fixed), equal=True, **limits)
+    xlim, ylim = (None if pair is None else tuple(1e3 * np.asarray(pair)) for pair in (xlim, ylim))
+    return Panel(moving, "x [mm]", "y [mm]", title, xlim=xlim, ylim=ylim, fixed=tuple(fixed), equal=True)
 
 
 def animate(
     time, shapes, *, alt, seconds=6.0, title="", caption="", notes=None, xlim=None, ylim=None, panels=(), **size
 ):
-    """Play shapes over time, to scale and in millimetres, with a play button and a slider for time.
+    """`MovingPlot` of shapes over time, to scale and in millimetres, with a play button and a slider for time.
 
     Parameters
     ----------
@@ -89,10 +76,6 @@ def animate(
         Further panels beside the drawing, one list of curves a frame.
     **size
         ``width``, ``height``, ``columns``, ``start`` and ``digits`` of `MovingPlot`.
-
-    Returns
-    -------
-    MovingPlot
 
     Raises
     ------

@@ -48,13 +48,8 @@ def tap_slider(taps, instant=0.0, *, velocity=None, periods=24, **options):
         told = f"leads to '{names[reached]}'" if reached >= 0 else "leads nowhere"
         z, speed = 1e3 * path[:, 1], path[:, 3]
         over_time.append([Curve(time, z, "line", told, color)])
-        peaks = slice(None, None, _SAMPLES)
-        once_a_period.append(
-            [
-                Curve(z[peaks], speed[peaks], "line", told, color),
-                Curve(z[peaks], speed[peaks], "dot", "", color),
-            ]
-        )
+        seen = z[::_SAMPLES], speed[::_SAMPLES]
+        once_a_period.append([Curve(*seen, "line", told, color), Curve(*seen, "dot", "", color)])
     lasting = tuple(
         Curve(1e3 * one.orbit[:, 1], one.orbit[:, 3], "point", f"motion '{name}'", color)
         for one, name, color in zip(found, names, colors, strict=True)
