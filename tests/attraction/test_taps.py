@@ -35,6 +35,7 @@ def test_surest_tap_is_surrounded_by_its_like(taps):
 def test_smallest_tap_is_verified_and_smaller_ones_fail(taps, name):
     found = smallest_tap(taps, name)
     assert found.verified and found.spared == 1
+    assert found.velocity > 0  # of a tap and its mirror image, half a period later, the one along +x
     assert abs(found.velocity) <= np.abs(taps.velocity[taps.reached(name).any(axis=1)]).min()
     # By another path: the flow itself, tap by tap.
     state = taps.attractors.find("low").orbit[0]

@@ -29,6 +29,18 @@ def test_points_of_the_sheet_are_solutions_of_their_layer(quantity):
     assert tried > 150
 
 
+def test_every_layer_reaches_the_forces_at_which_there_are_three():
+    surface = force_scenario(RIG).surface(forces=(1.0, 3.18), band=(15.0, 110.0), force=2.0, resolution=20)
+    tried = 0
+    for i, frequency in enumerate(surface.frequency):
+        for end, wanted in ((np.nanmin, 1.0), (np.nanmax, 3.18)):
+            if frequency_response(RIG, wanted, [frequency]).count[0] == 3:
+                for force, _ in surface.layers:
+                    assert end(force[i]) == pytest.approx(wanted, rel=1e-9)
+                tried += 1
+    assert tried > 12
+
+
 def test_fold_lines_pass_through_the_folds():
     for fold in folds(RIG, 3.18):
         # The first of the columns is where the fold is.
