@@ -76,7 +76,7 @@ def march(y, n, numbers, start, h, steps, tap, tap_start, tap_rate):
                 t = start + (step + _INSTANT[row]) * h
                 push = force * math.cos(omega * t)
                 for i in range(lanes):
-                    G = c * uz[i] + axial_force(spring, z[i])[0]
+                    G = c * uz[i] + axial_force(spring, z[i])
                     a[row, 0, i] = (push - cs * us[i] - ks * xs[i] - G) * shaker
                     a[row, 1, i] = a[row, 0, i] - G * mass
                 if tap.size:

@@ -8,20 +8,26 @@ from ..parameters import law_of, oscillator_of
 
 @inlinable
 def axial_force(spring, z):
-    """Force of all wires along the axis at the relative displacement z, and its slope; for ``spring`` see `spring_of`.
+    """Force of all wires along the axis at the relative displacement z, in the units of ``spring``, see `spring_of`.
 
-    Units are those of ``spring``; z is a float or, from Python, an array.
+    From Python z may be an array. The quotient is 1 - d0/l without cancellation between lengths that differ by 1e-4.
     """
-    square = z * z
     if spring[0] == 0.0:
-        return z * (spring[1] + spring[2] * square), spring[1] + 3.0 * spring[2] * square
-    stiffness, d, d0, gap = spring[0], spring[1], spring[2], spring[3]
-    length = np.sqrt(square + d * d)
-    # 1 - d0/l and 1 - d0 d^2/l^3 as quotients, with l - d = z^2/(l + d): no cancellation between lengths that differ
-    # by 1e-4.
-    force = stiffness * z * (square + gap * (d + d0)) / ((length + d0) * length)
-    grown = square / (length + d) * (length * length + length * d + d * d)
-    return force, stiffness * (grown + d * d * gap) / (length * length * length)
+        return z * (spring[1] + spring[2] * z * z)
+    d, d0 = spring[1], spring[2]
+    length = np.sqrt(z * z + d * d)
+    return spring[0] * z * (z * z + spring[3] * (d + d0)) / (length * (length + d0))
+
+
+@inlinable
+def axial_stiffness(spring, z):
+    """Slope of `axial_force`; 1 - d0 d^2/l^3 as a quotient likewise, with l - d = z^2/(l + d)."""
+    if spring[0] == 0.0:
+        return spring[1] + 3.0 * spring[2] * z * z
+    d = spring[1]
+    length = np.sqrt(z * z + d * d)
+    grown = z * z / (length + d) * (length * length + length * d + d * d)
+    return spring[0] * (grown + d * d * spring[3]) / (length * length * length)
 
 
 def spring_of(parameters, law=None, stiffness=1.0, length=1.0):
@@ -59,7 +65,7 @@ def suspension_force(z, parameters, law=None):
         If the law is unknown, z is not finite, the exact law is asked of a set without wires, or ``parameters``
         is of neither kind.
     """
-    return axial_force(spring_of(parameters, law), _displacement(z))[0]
+    return axial_force(spring_of(parameters, law), _displacement(z))
 
 
 def cubic_law_error(z, parameters):

@@ -28,7 +28,7 @@ import numpy as np
 
 from .. import checks
 from ..compiled import compiled
-from ..model.wires import axial_force, spring_of
+from ..model.wires import axial_force, axial_stiffness, spring_of
 from ..parameters import OscillatorParameters, law_of, oscillator_of
 
 
@@ -183,7 +183,7 @@ def force_lines(law, orders, cosine, sine, x, slope_a, slope_b, force_a, force_b
         for j in range(start, orders.size):
             c = 2 * j - start
             w += x[c] * cosine[i, orders[j]] + x[c + 1] * sine[i, orders[j]]
-        force, slope = axial_force(law, w)
+        force, slope = axial_force(law, w), axial_stiffness(law, w)
         force *= 2.0 / samples
         slope *= 2.0 / samples
         for k in range(h + 1):  # innermost over lines, so that it becomes one vector operation

@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import checks
 from ..compiled import compiled
-from ..model.wires import axial_force, spring_of
+from ..model.wires import axial_force, axial_stiffness, spring_of
 from ..parameters import law_of, oscillator_of
 from ..results import Result, Status
 
@@ -81,7 +81,7 @@ def _rates(t, state, constants, force, omega, rates):
     """Time derivative of the state and of its four derivatives, (5, 4): row 0 the state."""
     ms, ks, cs, m, c = constants[0], constants[1], constants[2], constants[3], constants[4]
     z = state[0, 0] - state[0, 1]
-    force_there, slope = axial_force(constants[5:], z)
+    force_there, slope = axial_force(constants[5:], z), axial_stiffness(constants[5:], z)
     for i in range(5):
         stiff = force_there if i == 0 else slope * (state[i, 0] - state[i, 1])
         between = c * (state[i, 2] - state[i, 3]) + stiff
@@ -186,6 +186,6 @@ def shoot_orbit(parameters, force, frequency, state, law=None, *, period=1, iter
 def _samples(constants, omega, period, z):
     """Steps over the orbit's period, from the fastest motion at deflections up to z (m)."""
     ms, ks, _, m, _ = constants[:5]
-    slope = axial_force(constants[5:], z)[1]
+    slope = axial_stiffness(constants[5:], z)
     fastest = np.sqrt(ks / ms + slope * (1 / m + 1 / ms))
     return period * max(_FEWEST, math.ceil(2 * np.pi / omega * fastest / _ANGLE))
