@@ -73,7 +73,7 @@ class Compiled:
             if self._dispatcher is None:
                 while _waiting:
                     function = _waiting.pop()
-                    function.dispatcher = _dispatcher(function, {})  # numba's type does not keep it alive
+                    function.dispatcher = _dispatcher(function, {"forceinline": True})  # kept, as numba's type does not
                     function._numba_type_ = function.dispatcher._numba_type_
                 self._dispatcher = _dispatcher(self.py_func, self._options)
         return self._dispatcher

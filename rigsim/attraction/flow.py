@@ -38,7 +38,7 @@ def _tableau():
 _VELOCITY, _DISPLACEMENT, _INSTANT = _tableau()
 
 
-@compiled
+@compiled(forceinline=True)
 def _stage(row, y, lo, n, h, a, xs, z, us, uz):
     """Displacements and velocities of ``n`` states from column ``lo`` on, at stage ``row``."""
     share = h * _INSTANT[row]
