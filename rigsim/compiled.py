@@ -121,6 +121,7 @@ class _Cache:
         import numpy
 
         digest = hashlib.sha256(f"{sys.version} {numba.__version__} {numpy.__version__} {self._options}".encode())
+        digest.update(Path(__file__).read_bytes())  # how functions are inlined, too
         _feed(digest, self._function, {})
         return digest.hexdigest()[:16]
 
