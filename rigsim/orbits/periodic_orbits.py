@@ -43,7 +43,7 @@ from .continuation import (
     trace,
     unit_tangent,
 )
-from .harmonic_balance import balance
+from .harmonic_balance import balance, residual
 from .sheet import passages, slices
 
 _SEEDS = 24
@@ -185,6 +185,10 @@ def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmoni
         raise ValueError(f"relative has shape {relative.shape}; expected one row of finite lines (m)")
     x = equations.unknowns(frequency, relative)
     good, steps, tangent = correct_at(*equations.system, x, x[-1], 60, 0.3)
+    if not good:  # at a fold the frequency does not tell the orbit: corrected across the curve instead
+        x = equations.unknowns(frequency, relative)
+        along = np.linalg.svd(residual(equations.system, x)[1])[2][-1]
+        good, _, x, tangent = advance(*equations.system, x, unit_tangent(x, along), 0.0)
     if not good:
         raise ValueError(
             f"relative at frequency = {frequency:g} Hz is not allowed; expected lines close enough to an orbit, "
