@@ -1,6 +1,7 @@
 """Figures, a file for each domain; the names here are those that results forward `.plot()` to.
 
-Each takes a result and ``ax``, as `rigsim.results.Result.plot`, and returns a `matplotlib.figure.Figure`.
+Each takes a result and ``ax``, axes of a user's own (one for each panel, row by row) that are drawn into instead of a
+new figure, and returns the `matplotlib.figure.Figure`.
 """
 
 from .basins import attractors_figure, basins_figure, integrity_figure, tap_map_figure

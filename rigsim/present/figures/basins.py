@@ -26,18 +26,7 @@ def _where(flow):
 
 
 def attractors_figure(result, *, ax=None):
-    """The motions in the plane (z, z'): their paths, and where they are when the force peaks.
-
-    Parameters
-    ----------
-    result : Attractors
-    ax : matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """The motions of `Attractors` in the plane (z, z'): their paths, and where they are when the force peaks."""
     flow = result.flow
     told = "; ".join(f"{name} up to {1e3 * one.amplitude:.3g}" for name, one in zip(result.names, result, strict=True))
     alt = f"Paths of the lasting motions {_where(flow)}, velocity of z over its displacement in millimetres: {told}."
@@ -55,20 +44,10 @@ def attractors_figure(result, *, ax=None):
 
 
 def basins_figure(result, *, ax=None):
-    """The plane (z, z') with the shaker on a named motion and the force at its peak, coloured by the motion reached.
+    """The plane (z, z') of `Basins`, the shaker on a named motion and the force at its peak, by the motion reached.
 
     Markers are where the motions themselves are at the peaks of the force; hollow ones have their shaker elsewhere, so
     that they lie above or below the plane.
-
-    Parameters
-    ----------
-    result : Basins
-    ax : matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     flow, names = result.attractors.flow, result.attractors.names
     shares = "; ".join(
@@ -100,19 +79,9 @@ def basins_figure(result, *, ax=None):
 
 
 def tap_map_figure(result, *, ax=None, smallest=()):
-    """Size of the tap over its instant, coloured by the motion it leads to.
+    """Size of the tap over its instant, of a `TapMap`, coloured by the motion it leads to.
 
-    Parameters
-    ----------
-    result : TapMap
-    ax : matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-    smallest : SmallestTap or sequence of them
-        Marked.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    ``smallest``, a `SmallestTap` or a sequence of them, are marked.
     """
     flow, names = result.attractors.flow, result.attractors.names
     marked = as_tuple(smallest)
@@ -152,17 +121,7 @@ def _image(ax, attractors, label, x, y):
 def integrity_figure(result, *, ax=None, beside=()):
     """Radius of the largest ball of disturbances that a motion survives, over frequency.
 
-    Parameters
-    ----------
-    result : Integrity
-    ax : matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-    beside : Integrity or sequence of them
-        Further motions in the same axes.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    ``beside``, an `Integrity` or a sequence of them, adds further motions.
     """
     results = [result, *as_tuple(beside)]
     told = "; ".join(

@@ -12,18 +12,7 @@ _KINDS = {"inner": (ORANGE, "//"), "outer": (PURPLE, "\\\\")}
 
 
 def existence_chart_figure(result, *, ax=None):
-    """The map of an `existence_chart`: regions shaded and hatched by kind, boundary curves, the rig and its box.
-
-    Parameters
-    ----------
-    result : ExistenceChart
-    ax : matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """The map of an `existence_chart`: regions shaded and hatched by kind, boundary curves, the rig and its box."""
     items = [quantity(result.parameters, result.force, name) for name in result.names]
     x, y = (values * item.factor for values, item in zip((result.x, result.y), items, strict=True))
     here = [value * item.factor for value, item in zip(result.point, items, strict=True)]
@@ -90,18 +79,7 @@ def _three(value):
 
 
 def margins_figure(result, *, ax=None):
-    """How far each quantity may move down and up: bars in per cent, logarithmic, with the move in its own unit.
-
-    Parameters
-    ----------
-    result : Margins
-    ax : matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """How far each of `Margins` goes down and up: bars in per cent, logarithmic, with the move in its own unit."""
     entries = [entry for entry in result if entry.value]
     moves = [(100 * entry.down / entry.value, 100 * entry.up / entry.value) for entry in entries]
     finite = [move for pair in moves for move in pair if np.isfinite(move)] or [100.0]
@@ -132,18 +110,7 @@ def margins_figure(result, *, ax=None):
 
 
 def tolerance_study_figure(result, *, ax=None):
-    """Shares of rigs that keep the curve, with 95 % intervals, and how far the drawn rigs are from the edge.
-
-    Parameters
-    ----------
-    result : ToleranceStudy
-    ax : sequence of two matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Shares of a `ToleranceStudy`'s rigs that keep the curve, with 95 % intervals; how far all are from the edge."""
     names = result.ranking
     alt = (
         f"Left: shares of rigs that keep the curve, all: {result.summary()}. Right: histogram of the force's distance "
@@ -185,18 +152,7 @@ def tolerance_study_figure(result, *, ax=None):
 
 
 def design_figure(result, *, ax=None):
-    """The margin over each free number, the others at their best.
-
-    Parameters
-    ----------
-    result : Design
-    ax : matplotlib.axes.Axes or sequence of them, optional
-        Drawn into instead of a new figure, one for each free number.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """The margin of a `Design` over each free number, the others at their best."""
     count = len(result.free)
     options = {"width": max(7.5, 4.2 * count), "height": 3.6, "squeeze": False, "sharey": True}
     with style():

@@ -8,15 +8,9 @@ from .style import GREY, RED, legend, outer_labels, style, subplots
 
 
 def modes_figure(modes, *, ax=None, largest=4e-3):
-    """Mode shapes of the rig about its static equilibrium, drawn on the rig; their amplitude is arbitrary.
+    """The four mode shapes of `linear_modes`, drawn on the rig; their amplitude is arbitrary.
 
-    Parameters
-    ----------
-    modes : Modes
-        Of `linear_modes`.
-    ax : sequence of four matplotlib.axes.Axes, optional
-    largest : float
-        Each mode is drawn so large that no corner of frame or mass moves by more than this (m).
+    Each is drawn so large that no corner of frame or mass moves by more than ``largest`` (m).
 
     Raises
     ------

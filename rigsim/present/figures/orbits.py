@@ -1,34 +1,16 @@
 """Figures of periodic orbits: the frequency response with every piece, its stability and its special points."""
 
+import itertools
+
 import numpy as np
 
 from ...orbits.branches import OrbitBranch
-from .style import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PANELS,
-    PURPLE,
-    RED,
-    RIG,
-    SKY,
-    STABLE,
-    UNSTABLE,
-    as_tuple,
-    legend,
-    log_scale,
-    style,
-    subplots,
-)
+from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, RIG, SKY, as_tuple, in_runs, legend, panels, style, subplots
 
 _COLORS = (BLUE, GREEN, PURPLE, SKY)
 _MARKS = {
-    "fold": ("D", "k"),
-    "Neimark-Sacker": ("s", RED),
-    "period doubling": ("^", RED),
-    "symmetry breaking": ("v", RED),
-}
+    "fold": ("D", "k"), "Neimark-Sacker": ("s", RED), "period doubling": ("^", RED), "symmetry breaking": ("v", RED),
+}  # fmt: skip
 
 
 def orbits_figure(result, *, ax=None, beside=(), circles=None, circles_label="multi-body rig"):
@@ -40,36 +22,28 @@ def orbits_figure(result, *, ax=None, beside=(), circles=None, circles_label="mu
     Parameters
     ----------
     result : PeriodicOrbits or OrbitBranch
-    ax : sequence of three matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
+    ax : sequence of three axes, optional
     beside : FrequencyResponse or sequence of them, optional
         Single-term theory, drawn thin and grey.
     circles : tuple of four (k,) array_like, optional
         Frequency (Hz), shaker, mass and relative amplitudes (m, complex or real) drawn as circles.
     circles_label : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     branches = (result,) if isinstance(result, OrbitBranch) else tuple(result)
     if not branches:
         raise ValueError("result holds no branches; expected at least one")
     with style():
         figure, axes = subplots(3, 1, alt=_alt(branches), ax=ax, height=8.6, sharex=True)
-        for panel, ((name, title), one) in enumerate(zip(PANELS, axes, strict=True)):
+        for number, (name, one) in enumerate(panels(axes)):
             for theory in as_tuple(beside):
                 for piece in theory.pieces:
                     height = 1e3 * abs(getattr(piece, name))
                     one.plot(piece.frequency, height, color=GREY, linewidth=0.9, label="single-term theory")
-            for number, branch in enumerate(branches):
-                _curve(one, branch, name, _COLORS[number % len(_COLORS)])
+            for branch, color in zip(branches, itertools.cycle(_COLORS), strict=False):
+                _curve(one, branch, name, color)
             if circles is not None:
-                height = 1e3 * np.abs(circles[1 + panel])
+                height = 1e3 * np.abs(circles[1 + number])
                 one.plot(circles[0], height, color="k", markersize=4, label=circles_label, **RIG)
-            log_scale(one, (1, 2, 5))
-            one.set_ylabel("amplitude [mm]")
-            one.set_title(f"({'abc'[panel]}) {title}", loc="left")
         axes[-1].set_xlabel("frequency [Hz]")
         _frequencies(axes[-1], [point for branch in branches for point in branch.special_points])
         figure.align_ylabels(axes)
@@ -82,10 +56,7 @@ def _curve(axes, branch, name, color):
     amplitude = 1e3 * abs(getattr(branch, name)[:, branch.period])
     if branch.closed:
         axes.fill(branch.frequency, amplitude, color=ORANGE, alpha=0.25, linewidth=0, label="detached curve")
-    for run, solid in branch.runs:
-        label = f"{_title(branch)}, {'stable' if solid else 'unstable'}"
-        key = STABLE if solid else UNSTABLE
-        axes.plot(branch.frequency[run], amplitude[run], color=color, label=label, **key)
+    in_runs(axes, branch, amplitude, _title(branch), color=color)
     for point in branch.special_points:
         marker, edge = _MARKS[point.kind]
         look = {"color": edge, "markerfacecolor": "w", "markersize": 5, "linestyle": "none"}
@@ -126,18 +97,7 @@ def _alt(branches):
 
 
 def harmonics_figure(result, *, ax=None):
-    """Error of the orbits, and shift of the special points, over the number of harmonics.
-
-    Parameters
-    ----------
-    result : HarmonicsWorth
-    ax : sequence of two matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Error of the orbits, and shift of the special points, over the number of harmonics: `HarmonicsWorth`."""
     alt = (
         "Two plots over the number of harmonics, logarithmic: the largest relative error of shaker, mass and relative "
         f"displacement along all curves, which falls from {result.error[0].max():.1e} to {result.error[-1].max():.1e}, "

@@ -5,16 +5,12 @@ import numpy as np
 from ...paper.virtual_experiment import BRANCHES
 from ...results import Status
 from .response import frequency_response_figure
-from .style import BLACK, MOTIONS, legend, marks, outer_labels, style, subplots
+from .style import BLACK, MOTIONS, PANELS, legend, marks, outer_labels, style, subplots
 
-_QUANTITIES = ("shaker", "mass", "relative")
 _MARGIN = 0.012  # of the band, so that symbols at its ends are whole
 # The paper's circles for points on a branch of the theory, other shapes for the rest.
-_SHAPES = dict.fromkeys(("only", "high", "middle", "low"), "o") | {
-    "elsewhere": "v",
-    "subharmonic": "D",
-    "not periodic": "1",
-}
+_SHAPES = dict.fromkeys(("only", "high", "middle", "low"), "o")
+_SHAPES |= {"elsewhere": "v", "subharmonic": "D", "not periodic": "1"}
 _LOOKS = {name: {"marker": shape, "color": MOTIONS[name]} for name, shape in _SHAPES.items()} | {
     str(Status.STILL_DRIFTING): {"marker": ".", "markersize": 4, "color": BLACK},
     str(Status.FLEW_APART): {"marker": "X", "color": BLACK},
@@ -28,17 +24,12 @@ def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
     ----------
     overlay : Overlay
         Theory (with the identified parameters, as in the paper), sine tests and the branch of each.
-    ax : sequence of three matplotlib.axes.Axes, optional
+    ax : sequence of three axes, optional
+        Of xs, x and z. Crosses mark branches that theory calls stable and that no test reached.
     nominal : RigParameters or OscillatorParameters, optional
         Their theory is drawn thin beside the first.
     band : pair of float
         Hz.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Axes of xs, x and z over frequency, logarithmic millimetres. Crosses mark branches that theory calls stable and
-        that no test reached.
 
     Raises
     ------
@@ -64,7 +55,7 @@ def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
         figure, grid = subplots(3, 1, alt=alt, ax=ax, height=9.6, sharex=True)
         told = {"label": "theory", "beside": beside, "beside_label": "nominal theory"}
         frequency_response_figure(theory, ax=grid, key=False, **told)
-        for axes, quantity in zip(grid, _QUANTITIES, strict=True):
+        for axes, (quantity, _) in zip(grid, PANELS, strict=True):
             amplitude = 1e3 * np.concatenate([abs(getattr(test, quantity)) for test in overlay.tests])
             for name in reversed(counts):
                 these = names == name

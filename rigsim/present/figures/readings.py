@@ -15,14 +15,8 @@ def readings_figure(identification, *, ax=None, beside=()):
     """Real and imaginary part of k3(omega) by each reading, over the mean of the right one's real part.
 
     Where the force was held at its value, theta cot(theta) + i theta is drawn too: what the readings other than the
-    right one should show.
-
-    Parameters
-    ----------
-    identification : Identification
-    ax : sequence of two matplotlib.axes.Axes, optional
-    beside : Identification or sequence of them
-        Of the same record, each by another reading.
+    right one should show. ``beside``, an `Identification` or a sequence of them, are of the same record, each by
+    another reading.
 
     Raises
     ------

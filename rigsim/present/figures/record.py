@@ -9,15 +9,9 @@ _UNITS = {"force": "N", "tilt": "mrad"}  # others in mm
 
 
 def record_figure(record, *, ax=None, interval=None):
-    """Time histories of a record, one above the other.
+    """Time histories of a `Record`'s channels and of z, one above the other.
 
-    Parameters
-    ----------
-    record : Record
-    ax : sequence of matplotlib.axes.Axes, optional
-        One a channel, and one for z.
-    interval : pair of float, optional
-        First and last instant shown (s); all of it by default.
+    ``interval`` is the first and the last instant shown (s); all of it by default.
 
     Raises
     ------

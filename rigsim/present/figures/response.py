@@ -2,35 +2,14 @@
 
 import numpy as np
 
-from .style import (
-    BLUE,
-    GREY,
-    ORANGE,
-    PANELS,
-    PURPLE,
-    SKY,
-    STABLE,
-    UNSTABLE,
-    as_tuple,
-    legend,
-    log_scale,
-    outer_labels,
-    style,
-    subplots,
-)
+from .style import BLUE, GREY, ORANGE, PURPLE, SKY, as_tuple, in_runs, legend, outer_labels, panels, style, subplots
 
 _SHADES = {"inner": ORANGE, "outer": PURPLE, "hysteresis": SKY}
 
 
 def frequency_response_figure(
-    result,
-    *,
-    ax=None,
-    label="single-term theory",
-    beside=(),
-    beside_label=None,
-    key=True,
-):
+    result, *, ax=None, label="single-term theory", beside=(), beside_label=None, key=True
+):  # fmt: skip
     """Amplitudes of shaker, mass and relative displacement over frequency, in the layout of the paper's Fig. 6.
 
     Stable solutions are solid and unstable ones dashed (Floquet multipliers about the single-term orbits, as in the
@@ -39,8 +18,7 @@ def frequency_response_figure(
     Parameters
     ----------
     result : FrequencyResponse
-    ax : sequence of three matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
+    ax : sequence of three axes, optional
     label : str
         Name of ``result`` in the legend.
     beside : FrequencyResponse or sequence of them, optional
@@ -48,10 +26,6 @@ def frequency_response_figure(
     beside_label : str, optional
     key : bool
         Whether to draw the legend.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
 
     Raises
     ------
@@ -61,14 +35,12 @@ def frequency_response_figure(
     with style():
         figure, axes = subplots(3, 1, alt=_response_alt(result), ax=ax, height=8.2, sharex=True)
         low, high = result.frequency.min(), result.frequency.max()
-        for panel, ((name, title), one) in enumerate(zip(PANELS, axes, strict=True)):
+        for name, one in panels(axes):
             for other in as_tuple(beside):
                 _curves(one, other, name, GREY, beside_label, linewidth=1.0)
             _shade(one, result, name)
             _curves(one, result, name, BLUE, label)
-            log_scale(one, (1, 2, 5))
-            one.set(xlabel="frequency [Hz]", ylabel="amplitude [mm]")
-            one.set_title(f"({'abc'[panel]}) {title}", loc="left")
+            one.set_xlabel("frequency [Hz]")
             if low < high:
                 one.set_xlim(low, high)
         outer_labels(axes, ax=ax)
@@ -78,31 +50,14 @@ def frequency_response_figure(
 
 
 def detached_curves_figure(result, *, ax=None, **options):
-    """The `frequency_response_figure` of the response over all folds, detached curves shaded.
-
-    Parameters
-    ----------
-    result : DetachedCurves or Folds
-    ax : sequence of three matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-    **options
-        Of `frequency_response_figure`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """The `frequency_response_figure`, with its options, of the response over all of `DetachedCurves` or `Folds`."""
     return frequency_response_figure(result.response, ax=ax, **options)
 
 
 def _curves(axes, response, name, color, label, **options):
     """Every piece as runs of equal stability, so that the line style changes where stability does."""
     for piece in response.pieces:
-        amplitude = 1e3 * np.abs(getattr(piece, name))
-        for run, solid in piece.runs:
-            text = f"{label}, {'stable' if solid else 'unstable'}" if label else None
-            key = STABLE if solid else UNSTABLE
-            axes.plot(piece.frequency[run], amplitude[run], color=color, label=text, **key, **options)
+        in_runs(axes, piece, 1e3 * np.abs(getattr(piece, name)), label, color=color, **options)
     points = [fold for piece in response.pieces for fold in piece.folds]
     text = f"{label}, folds" if label else None
     heights = [1e3 * abs(getattr(fold, name)) for fold in points]
@@ -118,35 +73,27 @@ def _shade(axes, response, name):
 
 
 def _response_alt(result):
-    low, high = result.frequency.min(), result.frequency.max()
-    parts = [
-        f"{piece.kind} detached curve from {piece.frequency.min():.1f} to {piece.frequency.max():.1f} hertz"
-        for piece in result.pieces
-        if piece.closed
-    ]
+    low, high, closed = result.frequency.min(), result.frequency.max(), "; ".join(closed_curves(result))
     return (
         f"Three stacked plots of amplitude in millimetres, logarithmic, over frequency from {low:g} to {high:g} hertz "
         f"at {result.force:g} newtons: shaker, suspended mass and relative displacement. Stable solutions are solid "
-        f"lines, unstable ones dashed. Closed detached curves: {'; '.join(parts) if parts else 'none in this band'}."
+        f"lines, unstable ones dashed. Closed detached curves: {closed or 'none in this band'}."
     )
+
+
+def closed_curves(response):
+    """Where closed detached curves lie, in words, a list."""
+    return [
+        f"{piece.kind} detached curve from {piece.frequency.min():.1f} to {piece.frequency.max():.1f} hertz"
+        for piece in response.pieces
+        if piece.closed
+    ]
 
 
 def force_scenario_figure(result, *, ax=None, force=None, band=(5.0, 120.0)):
     """Where there are three solutions, over frequency and force: the ladder of births, mergers, splits and deaths.
 
-    Parameters
-    ----------
-    result : ForceScenario
-    ax : matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-    force : float, optional
-        Marked by a line (N).
-    band : (float, float)
-        Frequencies shown (Hz).
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    Of a `ForceScenario`; a line marks ``force`` (N), and ``band`` is what is shown (Hz).
 
     Raises
     ------

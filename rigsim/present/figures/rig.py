@@ -18,8 +18,6 @@ def rig_figure(result, *, ax=None, beside=(), exaggeration=1.0, titles=None):
     ----------
     result : RigParameters or StaticEquilibrium
         A rig is drawn without gravity's sag, an equilibrium as it hangs.
-    ax : matplotlib.axes.Axes or sequence of them, optional
-        One a rig.
     beside : RigParameters, StaticEquilibrium or sequence of them
         Drawn to the right.
     exaggeration : float

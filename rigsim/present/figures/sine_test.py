@@ -16,14 +16,9 @@ _STATUS = {
 
 
 def sine_test_figure(test, *, ax=None):
-    """Amplitudes of xs, x and z over frequency, one symbol for each status; filled after a tap.
+    """Amplitudes of xs, x and z of a `SineTest` over frequency, one symbol for each status; filled after a tap.
 
     A rig that flew apart has no amplitude: a cross on the lower edge marks its frequency.
-
-    Parameters
-    ----------
-    test : SineTest
-    ax : sequence of three matplotlib.axes.Axes, optional
     """
     tapped = _tapped(test)
     told = ", ".join(f"{int((test.status == s).sum())} {s}" for s in Status if (test.status == s).any())
@@ -57,11 +52,7 @@ def _tapped(test):
 def distortion_figure(test, *, ax=None):
     """Largest harmonic of xs, x and z over frequency, against the 5 % that the paper calls negligible.
 
-    Parameters
-    ----------
-    test : SineTest
-        Points that did not settle are grey triangles: their lines are not steady.
-    ax : sequence of three matplotlib.axes.Axes, optional
+    Points of the `SineTest` that did not settle are grey triangles: their lines are not steady.
     """
     percent = 100 * test.distortion
     settled, tapped = test.status == Status.SETTLED, _tapped(test)

@@ -15,8 +15,7 @@ def spectrum_figure(test, *, ax=None, indices=0, beside=(), highest=4.0):
     Parameters
     ----------
     test : SineTest
-    ax : sequence of matplotlib.axes.Axes, optional
-        Two a row.
+    ax : sequence of axes, two a row, optional
     indices : int or sequence of int
         Which of its points, one row each.
     beside : SineTest or sequence of them

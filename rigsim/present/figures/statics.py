@@ -13,15 +13,8 @@ def statics_figure(equilibrium, *, ax=None, points=25):
 
     The lower and the higher of the two modes are drawn, not "rocking" and "bounce": with two sets they change
     places as the offset grows. One set's wires are twice as stiff, so that k1 and k3 are equal. Where there is no
-    stable equilibrium, or the rig cannot be built, a cross on the lower edge says so.
-
-    Parameters
-    ----------
-    equilibrium : StaticEquilibrium
-        Of a rig with one set or two; the other rig follows from it.
-    ax : sequence of four matplotlib.axes.Axes, optional
-    points : int
-        Rigs a curve.
+    stable equilibrium, or the rig cannot be built, a cross on the lower edge says so. The `StaticEquilibrium` is of a
+    rig with one set or two, and the other rig follows from it; there are ``points`` rigs a curve.
 
     Raises
     ------

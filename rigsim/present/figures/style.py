@@ -23,14 +23,9 @@ GREY = "#6E6E6E"
 
 # A motion has one colour on every page; motions without a name of their own take those of OTHERS in turn.
 MOTIONS = {
-    "low": SKY,
-    "middle": PURPLE,
-    "high": RED,
-    "only": GREEN,
-    "subharmonic": ORANGE,
-    "not periodic": GREY,
+    "low": SKY, "middle": PURPLE, "high": RED, "only": GREEN, "subharmonic": ORANGE, "not periodic": GREY,
     "elsewhere": BLACK,
-}
+}  # fmt: skip
 OTHERS = (YELLOW, BLUE, BLACK)
 
 # The panels of Fig. 6: a field of results, and its name.
@@ -111,25 +106,10 @@ def style():
 def subplots(rows=1, columns=1, *, alt, ax=None, width=7.5, height=None, **options):
     """A `DescribedFigure` and its axes, to be filled inside ``with style():``; or the axes that the user handed in.
 
-    Parameters
-    ----------
-    alt : str
-        What a reader who cannot see the figure should know.
-    ax : matplotlib.axes.Axes or sequence of them, optional
-        Drawn into instead of a new figure, one a panel in rows; their figure's size and text are then the user's.
-    width, height : float
-        Inches; the height defaults to 2.9 a row, plus a little.
-    **options
-        Passed on to `matplotlib.figure.Figure.subplots`.
-
-    Returns
-    -------
-    tuple of (matplotlib.figure.Figure, matplotlib.axes.Axes or array of them)
-
-    Raises
-    ------
-    ValueError
-        If ``ax`` is not as many axes as there are panels.
+    ``alt`` says what a reader who cannot see the figure should know. Into ``ax``, one axes a panel in rows, is drawn
+    instead of a new figure; their figure's size and text are then the user's. ``width`` and ``height`` are in inches,
+    by default 2.9 a row high, plus a little; options are those of `matplotlib.figure.Figure.subplots`. `ValueError` if
+    ``ax`` is not as many axes as there are panels.
     """
     if ax is None:
         figure = DescribedFigure(figsize=(width, height or 0.6 + 2.9 * rows), layout="constrained")
@@ -150,10 +130,7 @@ def as_tuple(beside):
 
 
 def outer_labels(axes, *, ax=None):
-    """Keep the labels of axes that share them on the outside of our own figure; axes the user handed in keep all.
-
-    ``ax`` is as given to `subplots`.
-    """
+    """Keep shared labels on the outside of our own figure; axes the user handed in (``ax`` of `subplots`) keep all."""
     if ax is None:
         panels = np.ravel(np.array(axes, dtype=object))
         for one in panels:
@@ -161,6 +138,22 @@ def outer_labels(axes, *, ax=None):
             one.set_xlabel(one.get_xlabel() if place.is_last_row() else "")
             one.set_ylabel(one.get_ylabel() if place.is_first_col() else "")
         panels[0].figure.align_ylabels(panels)
+
+
+def panels(axes):
+    """Yield (field, axes) of the three `PANELS` with their titles and a logarithmic scale of amplitudes."""
+    for letter, (name, title), one in zip("abc", PANELS, axes, strict=True):
+        yield name, one
+        log_scale(one, (1, 2, 5))
+        one.set_ylabel("amplitude [mm]")
+        one.set_title(f"({letter}) {title}", loc="left")
+
+
+def in_runs(axes, curve, height, label, **look):
+    """Draw ``height`` over a curve's ``frequency``, its ``runs`` of equal stability in the paper's key."""
+    for run, stable in curve.runs:
+        text = f"{label}, {'stable' if stable else 'unstable'}" if label else None
+        axes.plot(curve.frequency[run], height[run], label=text, **(STABLE if stable else UNSTABLE), **look)
 
 
 def log_scale(axes, ticks=(1,), which="y"):

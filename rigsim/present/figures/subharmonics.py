@@ -2,28 +2,18 @@
 
 import numpy as np
 
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, STABLE, UNSTABLE, legend, style, subplots
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, in_runs, legend, style, subplots
 
 _COLORS = {2: ORANGE, 3: GREEN}
 _MARKERS = {2: "s", 3: "^"}
 
 
 def subharmonics_figure(result, *, ax=None):
-    """Curves of period 2 and 3 with the single-term response: their line at f above, their tell-tale line below.
+    """`Subharmonics`: curves of period 2 and 3 with the single-term response, line at f above, tell-tale line below.
 
     Stable motions are solid and unstable ones dashed (converged orbits); folds are diamonds, markers are motions that
     the search met. The single-term response is grey. At f alone a subharmonic motion passes for a point of the low
     branch; below, the strongest line at f/2 or f/3 gives it away.
-
-    Parameters
-    ----------
-    result : Subharmonics
-    ax : sequence of two matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     low, high = result.band
     told = "; ".join(
@@ -67,8 +57,5 @@ def _curve(top, bottom, family):
     below[:, ::period] = 0.0
     at = list(branch.folds)
     for axes, height in (top, 1e3 * np.abs(branch.relative[:, period])), (bottom, 1e3 * below.max(axis=1)):
-        for run, solid in branch.runs:
-            label = f"period {period}, {'stable' if solid else 'unstable'}"
-            key = STABLE if solid else UNSTABLE
-            axes.plot(branch.frequency[run], height[run], color=color, label=label, **key)
+        in_runs(axes, branch, height, f"period {period}", color=color)
         axes.plot(branch.frequency[at], height[at], "D", color=color, markersize=4.5)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .response import closed_curves
 from .style import BLACK, BLUE, GREY, ORANGE, PANELS, RED, SKY, legend, log_scale, style, subplots
 
 
@@ -11,19 +12,8 @@ def response_surface_figure(result, *, ax=None, **options):
     Above, the sheet. Low and high solutions are light blue; the middle one of three, always unstable, is orange, and
     hatched by a denser mesh. Below, the same seen from above: the fold lines alone. Low and middle solutions meet at
     gamma_+ (solid), middle and high ones at gamma_- (dashed); between the lines there are three. Detached curves at
-    the one force are bold and red.
-
-    Parameters
-    ----------
-    result : ForceScenario
-    ax : sequence of two matplotlib.axes.Axes, optional
-        Drawn into instead of a new figure; the first with ``projection="3d"``.
-    **options
-        Of `ForceScenario.surface`: ``forces``, ``band``, ``force``, ``quantity``, ``resolution``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    the one force are bold and red. The first of two ``ax`` is made with ``projection="3d"``; options are those of
+    `ForceScenario.surface`: ``forces``, ``band``, ``force``, ``quantity``, ``resolution``.
 
     Raises
     ------
@@ -84,12 +74,7 @@ def _name(piece, force):
 
 
 def _alt(surface):
-    closed = [
-        f"{piece.kind} detached curve from {piece.frequency.min():.1f} to {piece.frequency.max():.1f} hertz"
-        for piece in surface.response.pieces
-        if piece.closed
-    ]
-    (low, high), (least, most) = surface.band, surface.forces
+    (low, high), (least, most), closed = surface.band, surface.forces, closed_curves(surface.response)
     return (
         f"Two panels. Amplitude of the {surface.quantity} displacement as a folded sheet over frequency, {low:g} to "
         f"{high:g} hertz, and force, {least:g} to {most:g} newtons, with its two fold lines; and the fold lines from "

@@ -8,16 +8,9 @@ from .style import BLACK, ORANGE, SKY, style, subplots
 
 
 def wire_law_figure(parameters, *, ax=None, reached=None, largest=5e-3):
-    """Force of the wires by Eq. (1) and by Eq. (2), and the error of Eq. (2).
+    """Force of a rig's wires by Eq. (1) and by Eq. (2), and the error of Eq. (2), up to z = ``largest`` (m).
 
-    Parameters
-    ----------
-    parameters : RigParameters
-    ax : sequence of two matplotlib.axes.Axes, optional
-    reached : pair of float, optional
-        Least and largest amplitude of z in a test (m), marked as a band.
-    largest : float
-        The force is drawn up to this z (m).
+    ``reached``, the least and the largest amplitude of z in a test (m), is marked as a band.
 
     Raises
     ------

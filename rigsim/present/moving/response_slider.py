@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from ..figures.style import BLACK, BLUE, GREY, ORANGE, PURPLE
+from ..figures.style import BLACK, BLUE, GREY, ORANGE, PANELS, PURPLE
 from .plot import Curve, MovingPlot, Panel
 
-_PANELS = (("shaker", "Shaker $x_s$"), ("mass", "Suspended mass $x$"), ("relative", "Relative $z = x_s - x$"))
 _COLORS = {"main": BLUE, "inner": ORANGE, "outer": PURPLE}
 
 
@@ -51,7 +50,7 @@ def response_slider(name, values, unit, responses, *, alt=None, beside=None, cir
     high = max(response.frequency.max() for response in responses)
     notes = [_note(response) for response in responses]
     panels = []
-    for number, (channel, title) in enumerate(_PANELS):
+    for number, (channel, title) in enumerate(PANELS):
         fixed = []
         if beside is not None:
             fixed += [Curve(curve.x, curve.y, curve.kind, "for comparison", GREY) for curve in _curves(beside, channel)]
@@ -59,8 +58,8 @@ def response_slider(name, values, unit, responses, *, alt=None, beside=None, cir
             fixed.append(Curve(circles[0], 1e3 * np.abs(circles[1 + number]), "point", "multi-body rig", BLACK))
         panels.append(
             Panel(
-                [_curves(response, channel) for response in responses], "frequency [Hz]", "amplitude [mm]", title,
-                yscale="log", xlim=(low, high), fixed=tuple(fixed),
+                [_curves(response, channel) for response in responses], "frequency [Hz]", "amplitude [mm]",
+                title.capitalize(), yscale="log", xlim=(low, high), fixed=tuple(fixed),
             )
         )  # fmt: skip
     if alt is None:
