@@ -37,6 +37,14 @@ class Status(enum.Enum):
         return self.name.lower().replace("_", " ")
 
 
+def frame(data, columns=None, index=None):
+    """`pandas.DataFrame` of rows or columns, under one of them if ``index`` names it; loads pandas at its first use."""
+    import pandas as pd
+
+    table = pd.DataFrame(data, columns=columns)
+    return table if index is None else table.set_index(index)
+
+
 class Result:
     """Base of the frozen dataclasses that functions return; they hold data only.
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import checks
 from ..parameters import OscillatorParameters, oscillator_of
-from ..results import Result
+from ..results import Result, frame
 from .cubic import complex_amplitudes, solve
 from .floquet import is_stable, orbit_multipliers
 from .pieces import connected_pieces
@@ -59,35 +59,20 @@ class FrequencyResponse(Result):
 
     @cached_property
     def pieces(self):
-        """Tuple of `Piece`: the connected curves over the band of ``frequency``, through their folds.
-
-        Raises
-        ------
-        ValueError
-            If the shaker is undamped.
-        """
+        """Tuple of `Piece`: the connected curves over the band; `ValueError` if the shaker is undamped."""
         return connected_pieces(self.parameters, self.force, self.frequency)
 
     def table(self):
         """`pandas.DataFrame` of the `pieces`; None if the shaker is undamped, since they are not known then."""
-        import pandas as pd
-
         if self.parameters.cs == 0:
             return None
-        rows = [
-            (piece.kind, piece.closed, piece.frequency.min(), piece.frequency.max(), len(piece.folds))
-            for piece in self.pieces
-        ]
-        return pd.DataFrame(rows, columns=["piece", "closed", "from [Hz]", "to [Hz]", "folds"])
+        rows = [(p.kind, p.closed, p.frequency.min(), p.frequency.max(), len(p.folds)) for p in self.pieces]
+        return frame(rows, ["piece", "closed", "from [Hz]", "to [Hz]", "folds"])
 
     def summary(self):
         """One line: the band, and at how many frequencies there are several solutions."""
-        low, high = self.frequency.min(), self.frequency.max()
-        several = int((self.count > 1).sum())
-        return (
-            f"FrequencyResponse: {self.frequency.size} frequencies from {low:g} to {high:g} Hz at {self.force:g} N, "
-            f"three solutions at {several} of them"
-        )
+        band = f"{self.frequency.size} frequencies from {self.frequency.min():g} to {self.frequency.max():g} Hz"
+        return f"FrequencyResponse: {band} at {self.force:g} N, three solutions at {(self.count > 1).sum()} of them"
 
 
 def frequency_response(parameters, force, frequency):
@@ -122,8 +107,6 @@ def frequency_response(parameters, force, frequency):
     shaker, mass, relative = (unit * values for values in complex_amplitudes(group, Omega[:, None], U))
     lost = ~(np.isfinite(relative[:, 0]) & np.isfinite(shaker[:, 0]))
     if lost.any():
-        raise ValueError(
-            f"frequency = {frequency[lost][0]:g} Hz is not allowed; "
-            "expected none at which the undamped linear system resonates"
-        )
+        expected = "none at which the undamped linear system resonates"
+        raise ValueError(f"frequency = {frequency[lost][0]:g} Hz is not allowed; expected {expected}")
     return FrequencyResponse(oscillator, float(force), frequency, shaker, mass, relative, count)

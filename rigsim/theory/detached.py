@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..parameters import oscillator_of
-from ..results import ResultSequence
+from ..results import ResultSequence, frame
 from .cubic import complex_amplitudes, dynamic_stiffness, fold_levels
 from .levels import LOWER, UPPER, crossing, crossings, levels
 
@@ -88,15 +88,7 @@ class ForceEvent:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _AtForce(ResultSequence):
-    """What `Folds` and `DetachedCurves` share.
-
-    Attributes
-    ----------
-    members : tuple
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude (N).
-    """
+    """What `Folds` and `DetachedCurves` share: ``force`` is the amplitude (N), ``members`` a tuple."""
 
     members: tuple
     parameters: object
@@ -112,53 +104,39 @@ class _AtForce(ResultSequence):
         places = jump_frequencies(self.parameters, self.force) or (self.parameters.oscillator.omega_s / (2 * np.pi),)
         return frequency_response(self.parameters, self.force, np.linspace(0.5 * places[0], 1.2 * places[-1], 500))
 
-    def _counted(self, word):
+    def summary(self):
+        """How many there are of each kind."""
         kinds = [member.kind for member in self]
         counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in sorted(set(kinds)))
-        return f"{word} at {self.force:g} N: {counts or 'none'}"
+        return f"{self.words} at {self.force:g} N: {counts or 'none'}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Folds(_AtForce):
     """Every `Fold` of the single-term response at a force, ascending in frequency; what `folds` returns."""
 
-    def summary(self):
-        """How many there are of each kind."""
-        return self._counted("Folds")
+    words = "Folds"
 
     def table(self):
         """`pandas.DataFrame` of the folds."""
-        import pandas as pd
-
         rows = [(f.frequency, f.kind, *(1e3 * abs(u) for u in (f.shaker, f.mass, f.relative))) for f in self]
-        return pd.DataFrame(rows, columns=["frequency [Hz]", "kind", "|xs| [mm]", "|x| [mm]", "|z| [mm]"])
+        return frame(rows, ["frequency [Hz]", "kind", "|xs| [mm]", "|x| [mm]", "|z| [mm]"])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DetachedCurves(_AtForce):
     """Every `DetachedCurve` at a force, ascending in frequency; what `detached_curves` returns."""
 
-    def summary(self):
-        """How many there are of each kind."""
-        return self._counted("Detached curves")
+    words = "Detached curves"
 
     def table(self):
         """`pandas.DataFrame` of the curves."""
-        import pandas as pd
-
-        rows = [(curve.kind, curve.low, curve.high) for curve in self]
-        return pd.DataFrame(rows, columns=["detached curve", "from [Hz]", "to [Hz]"])
+        return frame([(one.kind, one.low, one.high) for one in self], ["detached curve", "from [Hz]", "to [Hz]"])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ForceScenario(ResultSequence):
-    """Every `ForceEvent` of a rig, ascending in force; what `force_scenario` returns.
-
-    Attributes
-    ----------
-    members : tuple of ForceEvent
-    parameters : RigParameters or OscillatorParameters
-    """
+    """Every `ForceEvent` of a rig, ascending in force; what `force_scenario` returns."""
 
     members: tuple
     parameters: object
@@ -173,10 +151,7 @@ class ForceScenario(ResultSequence):
 
     def table(self):
         """`pandas.DataFrame` of the events."""
-        import pandas as pd
-
-        rows = [(event.force, event.frequency, event.kind) for event in self]
-        return pd.DataFrame(rows, columns=["force [N]", "frequency [Hz]", "event"])
+        return frame([(one.force, one.frequency, one.kind) for one in self], ["force [N]", "frequency [Hz]", "event"])
 
     @functools.cached_property
     def regions(self):
@@ -208,16 +183,7 @@ class ForceScenario(ResultSequence):
 
 def interval_kind(left, right):
     """Kind of an interval of three solutions, "inner", "outer" or "hysteresis", from the kinds of its two folds."""
-    if left != right:
-        return "hysteresis"
-    return "inner" if left == "lower" else "outer"
-
-
-def _double_solution(group, X, kind):
-    """U of the two merging solutions at a fold at X = Omega^2."""
-    r, s, _ = dynamic_stiffness(group.mu, group.zeta_s, group.zeta, group.Omega0, X)
-    _, _, U_minus, U_plus = fold_levels(min(r, -math.sqrt(3) * s), s)
-    return U_plus if kind == "lower" else U_minus
+    return "hysteresis" if left != right else "inner" if left == "lower" else "outer"
 
 
 def _fold_places(parameters, force, wanted=lambda left, right: True):
@@ -262,7 +228,10 @@ def folds(parameters, force):
         return Folds((), parameters, float(force))
     frequency, names, X = zip(*places, strict=True)
     group = parameters.nondimensional(force)
-    U = [_double_solution(group, x, kind) for x, kind in zip(X, names, strict=True)]
+    U = []  # of the merging solutions
+    for x, kind in zip(X, names, strict=True):
+        r, s, _ = dynamic_stiffness(group.mu, group.zeta_s, group.zeta, group.Omega0, x)
+        U.append(fold_levels(min(r, -math.sqrt(3) * s), s)[3 if kind == "lower" else 2])
     unit = force / parameters.oscillator.ks
     motion = [(unit * values).tolist() for values in complex_amplitudes(group, np.sqrt(X), np.array(U))]
     members = tuple(Fold(*values) for values in zip(frequency, names, *motion, strict=True))
@@ -270,45 +239,23 @@ def folds(parameters, force):
 
 
 def jump_frequencies(parameters, force):
-    """Frequencies of the `folds`, where a slow sweep jumps or a detached curve ends.
+    """Frequencies of the `folds` (Hz), ascending, as a tuple: where a slow sweep jumps or a detached curve ends.
 
     Parameters
     ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Force amplitude (N, above zero).
-
-    Returns
-    -------
-    tuple of float
-        Hz, ascending.
-
-    Raises
-    ------
-    ValueError
-        If an input is not allowed, or the shaker is undamped.
+    parameters, force
+        See `folds`, for what is raised, too.
     """
     return tuple(frequency for frequency, _, _ in _fold_places(parameters, force))
 
 
 def detached_curves(parameters, force):
-    """Every detached resonance curve of the single-term response, wherever it lies.
+    """Every detached resonance curve of the single-term response, wherever it lies, as `DetachedCurves`.
 
     Parameters
     ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Force amplitude (N, above zero).
-
-    Returns
-    -------
-    DetachedCurves
-        A sequence of `DetachedCurve`, ascending in frequency.
-
-    Raises
-    ------
-    ValueError
-        If an input is not allowed, or the shaker is undamped.
+    parameters, force
+        See `folds`, for what is raised, too.
     """
     places = _fold_places(parameters, force, wanted=operator.eq)
     pairs = zip(places[::2], places[1::2], strict=True)
@@ -321,44 +268,32 @@ def force_scenario(parameters):
 
     Events can only happen at the levels of breakpoints, so the lists of intervals just below and just above each of
     these levels are compared; they are constant in between. An event is named by the comparison, never by the kind
-    of extremum.
+    of extremum. The `ForceScenario` is empty without cubic stiffness.
 
     Parameters
     ----------
-    parameters : RigParameters or OscillatorParameters
-
-    Returns
-    -------
-    ForceScenario
-        A sequence of `ForceEvent`, ascending in force; empty without cubic stiffness.
-
-    Raises
-    ------
-    ValueError
-        If an input is not allowed, or the shaker is undamped.
+    parameters
+        See `folds`, for what is raised, too.
     """
     oscillator = oscillator_of(parameters)
     if oscillator.k3 == 0:
         return ForceScenario((), parameters)
     group = oscillator.nondimensional(1.0)
     found = levels(group)
-    places = sorted(
-        (float(value), k)
-        for values in (found.minus, found.plus)
-        for k, value in enumerate(values)
-        if 0 < value < math.inf
-    )
+    both = enumerate(zip(found.minus, found.plus, strict=True))  # they meet at a cusp: one place
+    places = sorted({(value, k) for k, pair in both for value in pair if 0 < value < math.inf})
     passed = functools.cache(lambda gamma: crossings(found, gamma))  # above one level is below the next
     values = [value for value, _ in places]
     events = []
-    for value, k in dict.fromkeys(places):  # the levels meet at a cusp: one place
+    for value, k in places:
         below, above = _neighbours(values, value)
         before, after = _touching(passed(below), k), _touching(passed(above), k)
         if before != after:
-            frequency = math.sqrt(found.X[k]) * oscillator.omega_s / (2 * math.pi)
-            events.append(
-                ForceEvent(_event_name(before, after), math.sqrt(value / group.gamma), frequency, before, after)
+            force, frequency = (
+                math.sqrt(value / group.gamma),
+                math.sqrt(found.X[k]) * oscillator.omega_s / (2 * math.pi),
             )
+            events.append(ForceEvent(_event_name(before, after), force, frequency, before, after))
     return ForceScenario(tuple(events), parameters)
 
 
@@ -374,11 +309,8 @@ def _neighbours(values, value):
 def _touching(passed, k):
     """Kinds of the intervals between `crossings` that reach into the segments on either side of breakpoint k."""
     pairs = zip(passed[::2], passed[1::2], strict=True)
-    return tuple(
-        interval_kind(_FOLD_NAMES[left_kind], _FOLD_NAMES[right_kind])
-        for (left, left_kind), (right, right_kind) in pairs
-        if left <= k and right >= k - 1
-    )
+    near = [(one, other) for (left, one), (right, other) in pairs if left <= k and right >= k - 1]
+    return tuple(interval_kind(_FOLD_NAMES[one], _FOLD_NAMES[other]) for one, other in near)
 
 
 def _event_name(before, after):

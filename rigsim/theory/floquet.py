@@ -84,10 +84,7 @@ def _half_period_maps(mu, zeta_s, zeta, Omega0, Omega, U):
 def multipliers(group, Omega, U):
     """Floquet multipliers about the single-term orbits at Omega and U of one shape; NaN where U is.
 
-    Returns
-    -------
-    numpy.ndarray
-        Complex, of the shape of ``U`` with an axis of 4 added, descending in modulus, over one forcing period.
+    They are over one forcing period, complex, of the shape of ``U`` with an axis of 4 added, descending in modulus.
     """
     Omega, U = np.broadcast_arrays(np.asarray(Omega, dtype=float), U)
     result = np.full((*U.shape, 4), np.nan + 0j)
@@ -112,17 +109,9 @@ def is_stable(multipliers):
 
 
 def runs_of(stable):
-    """Runs of equal stability along a curve, for lines whose style changes with it.
+    """Runs of equal stability along a curve, from that of its points (n,), bool: tuple of (slice, whether stable).
 
-    Parameters
-    ----------
-    stable : (n,) array of bool
-        Of each point of the curve, n above zero.
-
-    Returns
-    -------
-    tuple of (slice, bool)
-        The points of each run, up to the first of the next so that lines have no gap, and whether they are stable.
+    Each run reaches up to the first point of the next, so that lines have no gap.
     """
     ends = [0, *(np.flatnonzero(np.diff(stable)) + 1).tolist(), len(stable)]
     return tuple((slice(start, stop + 1), bool(stable[start])) for start, stop in pairwise(ends))

@@ -18,17 +18,9 @@ _CLUSTER = 200  # and with every bit, after which roots are called one
 
 
 def positive_roots(coefficients):
-    """All distinct positive roots of sum coefficients[i] X^i, ascending.
+    """All distinct positive roots of sum coefficients[i] X^i, exact integers and not all zero: a list, ascending.
 
-    Parameters
-    ----------
-    coefficients : sequence of int
-        Exact; not all zero.
-
-    Returns
-    -------
-    list of float
-        Roots to about 1e-15 relative. A multiple root, or roots closer than 2^-200 relative, count once.
+    They are good to about 1e-15 relative. A multiple root, or roots closer than 2^-200 relative, count once.
     """
     values = list(coefficients)
     while values[-1] == 0:

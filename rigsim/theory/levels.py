@@ -23,6 +23,7 @@ sets by the thousand, compiled.
 import functools
 import math
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 
@@ -57,24 +58,13 @@ class Levels:
 
 
 def _product(*factors):
-    result = factors[0]
-    for factor in factors[1:]:
-        total = [0] * (len(result) + len(factor) - 1)
-        for i, one in enumerate(result):
-            if one:
-                for j, other in enumerate(factor):
-                    total[i + j] += one * other
-        result = total
-    return result
+    return functools.reduce(np.convolve, [np.array(factor, dtype=object) for factor in factors]).tolist()
 
 
 def _combine(*terms):
     """Sum of (integer, polynomial) pairs."""
-    total = [0] * max(len(polynomial) for _, polynomial in terms)
-    for factor, polynomial in terms:
-        for i, value in enumerate(polynomial):
-            total[i] += factor * value
-    return total
+    scaled = ([factor * value for value in polynomial] for factor, polynomial in terms)
+    return [sum(column) for column in zip_longest(*scaled, fillvalue=0)]
 
 
 def _euler(polynomial):
@@ -166,10 +156,7 @@ def arrange(mu, zeta_s, zeta, Omega0, cusps, extrema):
 def levels(group):
     """The `Levels` of a set of non-dimensional parameters (whose gamma plays no part).
 
-    Raises
-    ------
-    ValueError
-        If the shaker is undamped: solutions are then without bound near 1/sqrt(1 + mu), and folds are not isolated.
+    `ValueError` if the shaker is undamped: solutions are then without bound near 1/sqrt(1 + mu), folds not isolated.
     """
     if group.zeta_s == 0:
         raise ValueError("cs = 0 N s/m is not allowed here; expected a damped shaker, for else solutions have no bound")
@@ -180,9 +167,7 @@ def levels(group):
 def _levels(*numbers):
     cusps, extrema = map(positive_roots, polynomials(*numbers))
     X, minus, plus, windows = arrange(*numbers, cusps, extrema)
-    return Levels(
-        numbers, *(tuple(values.tolist()) for values in (X, minus, plus)), tuple(map(tuple, windows.tolist()))
-    )
+    return Levels(numbers, *map(tuple, (X.tolist(), minus.tolist(), plus.tolist(), map(tuple, windows.tolist()))))
 
 
 @inlinable
@@ -212,7 +197,7 @@ def passed(minus, plus, windows, gamma):
 
 def crossings(levels, gamma):
     """The folds `passed` at gamma, as a list of (segment, kind)."""
-    return [(segment, kind) for segment, kind in passed(levels.minus, levels.plus, levels.windows, gamma).tolist()]
+    return list(map(tuple, passed(levels.minus, levels.plus, levels.windows, gamma).tolist()))
 
 
 def crossing(levels, gamma, segment, kind):

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,13 +19,10 @@ _BETWEEN = np.sin(np.linspace(0, np.pi / 2, 42)[1:-1]) ** 2
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A connected curve of single-term solutions inside the band, ordered along itself.
+    """A connected curve of single-term solutions inside the band, ordered along itself; force in N.
 
     Attributes
     ----------
-    parameters : OscillatorParameters
-    force : float
-        Amplitude F (N).
     kind : str
         "main", "inner" or "outer".
     closed : bool
@@ -81,9 +79,8 @@ def connected_pieces(oscillator, force, frequency):
     for strand in strands:
         for end in strand.ends:
             meeting.setdefault(end, []).append(strand)
-    free = [strand for strand in strands if None in strand.ends]
     pieces, used = [], set()
-    for first in [*free, *strands]:
+    for first in sorted(strands, key=lambda strand: None not in strand.ends):
         if first not in used:
             walk = _follow(first, meeting)
             used.update(strand for strand, _ in walk)
@@ -97,21 +94,17 @@ def _strands(oscillator, force, frequency, points):
     scale = 2 * np.pi / oscillator.omega_s
     low, high = frequency[0], frequency[-1]
     merging, passing = _fold_solutions(numbers, scale, oscillator.ks / force, points)
+    edges = [-np.inf, *(fold.frequency for fold in points), np.inf]
     strands = []
-    for region in range(len(points) + 1):
-        # A fold beyond the band is no cut: the strand ends with the band.
-        left = region - 1 if region and points[region - 1].frequency > low else None
-        right = region if region < len(points) and points[region].frequency < high else None
-        start = low if left is None else points[left].frequency
-        stop = high if right is None else points[right].frequency
-        outside = (region and points[region - 1].frequency >= high) or (
-            region < len(points) and points[region].frequency <= low
-        )
-        if outside:
+    for region, (left_edge, right_edge) in enumerate(pairwise(edges)):
+        if left_edge >= high or right_edge <= low:
             continue
-        several = region % 2 == 1
+        # A fold beyond the band is no cut: the strand ends with the band.
+        left, right = region - 1 if left_edge > low else None, region if right_edge < high else None
+        start, stop = max(left_edge, low), min(right_edge, high)
         places = frequency[(frequency > start) & (frequency < stop)]
         places = np.union1d(places, [f for f, cut in ((start, left), (stop, right)) if cut is None])
+        several = region % 2 == 1
         if several:
             kind = interval_kind(points[region - 1].kind, points[region].kind)
             places = np.union1d(places, start + (stop - start) * _BETWEEN)

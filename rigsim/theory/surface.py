@@ -113,8 +113,7 @@ def _sheet(oscillator, frequency, forces, quantity, points):
         gamma = 4 / 3 * (e / X**2)[:, None] * U * ((U + r[:, None]) ** 2 + s[:, None] ** 2)
         force = oscillator.ks * np.sqrt(gamma * group.mu * oscillator.ks / oscillator.k3)
         amplitudes = complex_amplitudes(group, Omega[:, None], U)
-        lines = dict(zip(("shaker", "mass", "relative"), amplitudes, strict=True))
-        return force, 1e3 * force / oscillator.ks * abs(lines[quantity])
+        return force, 1e3 * force / oscillator.ks * abs(amplitudes[("shaker", "mass", "relative").index(quantity)])
 
     ends = []  # of the three layers, at the least force and at the largest
     for force in forces:
@@ -127,8 +126,5 @@ def _sheet(oscillator, frequency, forces, quantity, points):
         U = np.linspace(first, last, points, axis=1)
         U[first == last] = np.nan  # wholly outside the forces
         layers.append(on_sheet(U))
-    lines = []
-    for U in (U_plus, U_minus):
-        force, amplitude = on_sheet(np.where(folded, U, np.nan)[:, None])
-        lines.append((force[:, 0], amplitude[:, 0]))
-    return tuple(layers), tuple(lines)
+    lines = (on_sheet(np.where(folded, U, np.nan)[:, None]) for U in (U_plus, U_minus))
+    return tuple(layers), tuple((force[:, 0], amplitude[:, 0]) for force, amplitude in lines)
