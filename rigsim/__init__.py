@@ -1,7 +1,8 @@
 """rigsim: a virtual experiment on a coupled linear and nonlinear oscillator with detached resonance curves.
 
 Everything public is importable from here and loaded when it is first asked for, so that
-``import rigsim`` needs the standard library only and ``python3 -m rigsim`` runs on a fresh clone.
+``import rigsim`` needs the standard library only and ``python3 -m rigsim`` runs on a fresh clone. What is not allowed
+raises a `ValueError` that names the quantity, its value and what is expected.
 """
 
 from importlib import import_module

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import checks
 from ..parameters import oscillator_of
-from ..results import Result, Status
+from ..results import Result, Status, frame
 from .margins import reach
 from .variation import built_names, half_widths, judge_varied, kind_number, quantity, replaced
 
@@ -22,16 +22,13 @@ class Design(Result):
 
     Attributes
     ----------
-    parameters : RigParameters or OscillatorParameters
-        The best rig.
-    force : float
-        Its amplitude (N).
-    kind : str
+    parameters, force
+        The best rig, and its force (N).
     free : dict of str to (float, float, float)
         For each free number its bounds and the value found (SI units): (low, high, found).
     start : dict of str to float
         The free numbers of the rig given.
-    tolerances : dict of str to float or str
+    kind, tolerances, seed
         As given.
     reach : dict of str to float
         How many times its tolerance each quantity may move, the worse way, before the curve is lost.
@@ -39,8 +36,6 @@ class Design(Result):
         The smallest of them, for the best rig and for the one given (0 if that has no such curve).
     profiles : dict of str to (2, k) array
         Values of each free number, the others at their best, and the margin there (NaN where there is no curve).
-    seed : int or numpy.random.Generator
-        As given.
     status : Status
         CONVERGED or NOT_CONVERGED, of the search.
     message : str
@@ -65,10 +60,8 @@ class Design(Result):
 
     def summary(self):
         """What was found and what it is worth."""
-        found = []
-        for name, (_, _, value) in self.free.items():
-            item = quantity(self.parameters, self.force, name)
-            found.append(f"{name} = {value * item.factor:.6g} {item.shown_unit}".strip())
+        items = {name: quantity(self.parameters, self.force, name) for name in self.free}
+        found = [f"{n} = {v * items[n].factor:.6g} {items[n].shown_unit}".strip() for n, (_, _, v) in self.free.items()]
         weakest = min(self.reach, key=self.reach.get)
         return (
             f"{', '.join(found)}: the {self.kind} detached curve survives moves of {self.margin:.3g} tolerances "
@@ -77,13 +70,11 @@ class Design(Result):
 
     def table(self):
         """`pandas.DataFrame` of the free numbers: bounds, before and found."""
-        import pandas as pd
-
         rows = []
         for name, (low, high, value) in self.free.items():
             item = quantity(self.parameters, self.force, name)
             rows.append((name, item.shown_unit, *(item.factor * v for v in (low, high, self.start[name], value))))
-        return pd.DataFrame(rows, columns=["quantity", "unit", "from", "to", "before", "best"]).set_index("quantity")
+        return frame(rows, ["quantity", "unit", "from", "to", "before", "best"], index="quantity")
 
 
 def design_for_detached_curve(parameters, force, free=("force",), kind="inner", tolerances=None, seed=2014):
@@ -160,22 +151,12 @@ def design_for_detached_curve(parameters, force, free=("force",), kind="inner", 
         reaches = [reached_at(point, **_COARSE) for point in points]
         heights = [np.nan if isinstance(one, float) else min(one.values()) for one in reaches]
         profiles[name] = np.stack([values, heights])
-    better, level = replaced(parameters, force, found)
+    margin, start_margin = min(reached.values()), 0.0 if isinstance(before, float) else min(before.values())
+    free = {name: (*bounds[name], found[name]) for name in names}
     return Design(
-        parameters=better,
-        force=level,
-        kind=kind,
-        free={name: (*bounds[name], found[name]) for name in names},
-        start=start,
-        tolerances=tolerances,
-        reach=reached,
-        margin=min(reached.values()),
-        start_margin=0.0 if isinstance(before, float) else min(before.values()),
-        profiles=profiles,
-        seed=seed,
-        status=status,
-        message=message,
-    )
+        *replaced(parameters, force, found), kind, free, start, tolerances, reached, margin, start_margin, profiles, seed,
+        status, message,
+    )  # fmt: skip
 
 
 def _bounds(parameters, force, free):
@@ -190,9 +171,8 @@ def _bounds(parameters, force, free):
         item = quantity(parameters, force, name)
         # Wires are compared with each other only when both are set: d may fall below d0 if d0 is free as well.
         lowest, highest = (0.0, np.inf) if name in ("d", "d0") else (item.low, item.high)
-        given = (
-            free[name] if isinstance(free, dict) else (max(0.2 * item.value, item.low), min(5 * item.value, item.high))
-        )
+        usual = max(0.2 * item.value, item.low), min(5 * item.value, item.high)
+        given = free[name] if isinstance(free, dict) else usual
         low, high = checks.array(f"bounds of {name}", given, item.unit, low=lowest, high=highest, min_size=2)
         if not low < high or np.size(given) != 2 or (item.low_open and low == 0):
             raise ValueError(f"bounds of {name} = {given!r} are not allowed; expected (low, high), low below high")
@@ -230,11 +210,8 @@ def _search(objective, low, high, seed):
         values = np.linspace(low[0], high[0], _GRID)
         heights = [objective(np.array([value])) for value in values]
         top = int(np.argmax(heights))
-        found = minimize_scalar(
-            lambda value: -objective(np.array([value])),
-            bounds=(values[max(top - 1, 0)], values[min(top + 1, values.size - 1)]),
-            method="bounded",
-            options={"xatol": 1e-7 * abs(values[top])},
-        )
+        bounds, accuracy = values[[max(top - 1, 0), min(top + 1, _GRID - 1)]], {"xatol": 1e-7 * abs(values[top])}
+        lost = lambda value: -objective(np.array([value]))  # noqa: E731
+        found = minimize_scalar(lost, bounds=bounds, method="bounded", options=accuracy)
         best, tried = np.array([found.x if -found.fun > heights[top] else values[top]]), _GRID + found.nfev
     return best, Status.CONVERGED if found.success else Status.NOT_CONVERGED, f"{tried} rigs were tried"

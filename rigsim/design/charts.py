@@ -44,9 +44,8 @@ class ExistenceChart(Result):
 
     Attributes
     ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude (N).
+    parameters, force, tolerances
+        As given.
     names : (str, str)
         The quantities along x and y.
     x, y : (nx,), (ny,) array
@@ -63,8 +62,6 @@ class ExistenceChart(Result):
         The rig itself.
     box : (float, float)
         Its tolerances along x and y (half-widths, SI units); 0 where none is given.
-    tolerances : dict of str to float or str, or None
-        As given.
     """
 
     parameters: object
@@ -91,10 +88,9 @@ class ExistenceChart(Result):
 
     def summary(self):
         """What is over what, and how much of the map has which label."""
-        shares = [
-            f"{label} {100 * np.mean(self.labels == label):.0f} %" for label in ("inner", "outer", "both", "none")
-        ]
-        return f"Detached curves over {self.names[0]} and {self.names[1]}, of the map: {', '.join(shares)}"
+        labels = "inner", "outer", "both", "none"
+        shares = ", ".join(f"{label} {100 * np.mean(self.labels == label):.0f} %" for label in labels)
+        return f"Detached curves over {self.names[0]} and {self.names[1]}, of the map: {shares}"
 
 
 def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101)):
@@ -158,40 +154,29 @@ def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101))
 
         for path, codes in _outlines(distances[:, number].reshape(columns.shape), exists):
             outlines.append(Outline(kind, x_of(path[:, 0]), y_of(path[:, 1]), codes))
+    distance = distances.T.reshape(2, *columns.shape)
+    possible = np.isfinite(varied_sets(parameters, force, everywhere)[:, 0]).reshape(columns.shape)
+    boundaries, regions = (tuple(one for one in outlines if (one.codes is None) == line) for line in (True, False))
+    point = tuple(quantity(parameters, force, name).value for name in names)
+    box = tuple(widths.get(name, 0.0) for name in names)
     return ExistenceChart(
-        parameters=parameters,
-        force=force,
-        names=names,
-        x=x_of(columns[0]),
-        y=y_of(rows[:, 0]),
-        inner=inner,
-        outer=outer,
-        distance=distances.T.reshape(2, *columns.shape),
-        possible=np.isfinite(varied_sets(parameters, force, everywhere)[:, 0]).reshape(columns.shape),
-        boundaries=tuple(outline for outline in outlines if outline.codes is None),
-        regions=tuple(outline for outline in outlines if outline.codes is not None),
-        point=tuple(quantity(parameters, force, name).value for name in names),
-        box=tuple(widths.get(name, 0.0) for name in names),
-        tolerances=tolerances,
-    )
+        parameters, force, names, x_of(columns[0]), y_of(rows[:, 0]), inner, outer, distance, possible, boundaries,
+        regions, point, box, tolerances,
+    )  # fmt: skip
 
 
 def _axis(parameters, force, given, count):
     """(name, function from cells to values, whether logarithmic)."""
-    if isinstance(given, str):
-        name, ends = given, None
-    else:
-        if len(given) != 3:
-            raise ValueError(f"axis {given!r} is not allowed; expected a name, or (name, low, high)")
-        name, ends = given[0], given[1:]
+    name, *ends = (given,) if isinstance(given, str) else given
+    if len(ends) != (0 if isinstance(given, str) else 2):
+        raise ValueError(f"axis {given!r} is not allowed; expected a name, or (name, low, high)")
     checks.one_of("quantity", name, names_of(parameters))
     item = quantity(parameters, force, name)
-    if ends is None:
+    if not ends:
+        ends = 0.5 * item.value, 2 * item.value
         if name in ("d", "d0"):
             stretch = 4 * (parameters.d - parameters.d0)
             ends = (parameters.d - stretch, parameters.d) if name == "d0" else (parameters.d0, parameters.d0 + stretch)
-        else:
-            ends = 0.5 * item.value, 2 * item.value
     low, high = checks.array(f"ends of the axis {name}", ends, item.unit, low=0.0, low_open=item.low_open)
     if not low < high:
         raise ValueError(f"ends of the axis {name} = ({low:g}, {high:g}) are not allowed; expected the lower one first")

@@ -93,20 +93,11 @@ def _judge_all(sets, counts, distances, doubtful):
 
 
 def judge(sets):
-    """Number of detached curves, and distance of the force from the nearest edge of their existence.
+    """Numbers of inner and outer detached curves (n, 2), int, and distances of the force from the edges of existence.
 
-    Parameters
-    ----------
-    sets : (n, 5) array
-        mu, zeta_s, zeta, Omega0, gamma of each; already checked.
-
-    Returns
-    -------
-    counts : (n, 2) int array
-        Inner and outer detached curves.
-    distances : (n, 2) array
-        ln(F/F_edge) of the nearest force at which the last curve of a kind vanishes, positive where there is one and
-        negative where there is none; -infinity where there is none at any force.
+    ``sets`` (n, 5) are mu, zeta_s, zeta, Omega0, gamma, already checked. Distances (n, 2) are ln(F/F_edge) of the
+    nearest force at which the last curve of a kind vanishes, positive where there is one and negative where there is
+    none; -infinity where there is none at any force.
     """
     sets = np.ascontiguousarray(sets, dtype=float)
     counts, distances = np.zeros((len(sets), 2), dtype=np.int64), np.full((len(sets), 2), -math.inf)
@@ -120,22 +111,9 @@ def judge(sets):
 
 
 def existence_forces(parameters, kind="inner"):
-    """Every range of forces over which a detached curve of a kind exists.
+    """Every range of forces over which a detached curve of a kind, "inner" or "outer", exists.
 
-    Parameters
-    ----------
-    parameters : RigParameters or OscillatorParameters
-    kind : {"inner", "outer"}
-
-    Returns
-    -------
-    tuple of (float, float)
-        Lowest and highest force (N) of each range, ascending; empty if there is none.
-
-    Raises
-    ------
-    ValueError
-        If an input is not allowed, or the shaker is undamped.
+    A tuple of (lowest, highest) force (N), ascending; empty if there is none. `ValueError` if the shaker is undamped.
     """
     oscillator = oscillator_of(parameters)
     number = KINDS.index(checks.one_of("kind", kind, KINDS))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..results import ResultSequence
+from ..results import ResultSequence, frame
 from .variation import built_names, checked_start, judge_varied, quantity
 
 _STEPS = 181  # of the scan outwards: distances from a billionth of the range to all of it, 12 % apart
@@ -17,22 +17,11 @@ _OPEN = 1e-6  # and one that may not be zero down to this part of it
 def reach(parameters, force, number, moves, grid, accuracy=1e-12):
     """How far along each move the curve exists: the last distance with it and the first without.
 
-    Each move is scanned over a grid of distances; where the force's distance from the edge has a minimum between
-    grid points, again between them. Then the interval of the first loss is halved down to ``accuracy``, relative.
-
-    Parameters
-    ----------
-    number : int
-        0 for inner, 1 for outer.
-    moves : sequence of (str, float, float)
-        Name, value at distance 0, and its change at distance 1.
-    grid : (k,) array
-        Distances, ascending, above 0.
-
-    Returns
-    -------
-    inside, outside : (n,) array
-        Both bounds judged, not inferred. ``outside`` is infinite where the curve is never lost on the grid.
+    A move is (name, value at distance 0, its change at distance 1), and ``number`` is 0 for inner curves, 1 for outer
+    ones. Each move is scanned over a ``grid`` (k,) of distances, ascending and above 0; where the force's distance from
+    the edge has a minimum between grid points, again between them. Then the interval of the first loss is halved down
+    to ``accuracy``, relative. Both bounds, (n,) arrays, are judged, not inferred; the second is infinite where the
+    curve is never lost on the grid.
     """
     names = np.array([move[0] for move in moves])
     origins, steps = (np.array([move[i] for move in moves], dtype=float) for i in (1, 2))
@@ -110,24 +99,15 @@ class Margin:
         return min(self.down, self.up) / self.value if self.value else math.inf
 
     def __repr__(self):
-        return (
-            f"Margin({self.name} = {self.value * self.factor:.6g} {self.shown_unit}: "
-            f"-{self.down * self.factor:.4g}, +{self.up * self.factor:.4g})"
-        )
+        moves = f"-{self.down * self.factor:.4g}, +{self.up * self.factor:.4g}"
+        return f"Margin({self.name} = {self.value * self.factor:.6g} {self.shown_unit}: {moves})"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Margins(ResultSequence):
     """The `margins` of a rig: a sequence of `Margin`, smallest relative move first.
 
-    Attributes
-    ----------
-    members : tuple of Margin
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude (N).
-    kind : str
-        "inner" or "outer".
+    It knows the ``parameters``, the ``force`` (N) and the ``kind``, "inner" or "outer".
     """
 
     members: tuple
@@ -139,9 +119,7 @@ class Margins(ResultSequence):
 
     def __getitem__(self, which):
         """The `Margin` of a name, or at a place."""
-        if isinstance(which, str):
-            return {entry.name: entry for entry in self.members}[which]
-        return self.members[which]
+        return {entry.name: entry for entry in self}[which] if isinstance(which, str) else self.members[which]
 
     def summary(self):
         """What limits the rig most."""
@@ -150,22 +128,18 @@ class Margins(ResultSequence):
         if not math.isfinite(move):
             return f"The {self.kind} detached curve at {self.force:g} N survives any move of a single quantity"
         sign = "-" if first.down <= first.up else "+"
-        return (
-            f"The {self.kind} detached curve at {self.force:g} N is lost first by {first.name}: "
-            f"{sign}{move * first.factor:.3g} {first.shown_unit} ({sign}{100 * move / first.value:.2g} %)"
-        )
+        told = f"{sign}{move * first.factor:.3g} {first.shown_unit} ({sign}{100 * move / first.value:.2g} %)"
+        return f"The {self.kind} detached curve at {self.force:g} N is lost first by {first.name}: {told}"
 
     def table(self):
         """`pandas.DataFrame` of each quantity's value, bounds and moves; infinite where nothing is lost."""
-        import pandas as pd
-
         rows = []
         for entry in self:
             percent = 100 / entry.value if entry.value else math.nan
             moves = [-entry.down * entry.factor, entry.up * entry.factor, -entry.down * percent, entry.up * percent]
             rows.append((entry.name, entry.value * entry.factor, entry.shown_unit, *moves))
         columns = ["quantity", "value", "unit", "down", "up", "down [%]", "up [%]"]
-        return pd.DataFrame(rows, columns=columns).set_index("quantity")
+        return frame(rows, columns, index="quantity")
 
 
 def margins(parameters, force, kind="inner", names=None):
@@ -207,15 +181,13 @@ def margins(parameters, force, kind="inner", names=None):
         top = item.high if math.isfinite(item.high) else item.value * _UNLIMITED or _scale(parameters, item.name)
         bottom = item.value * _OPEN if item.low_open else item.low
         moves += [(item.name, item.value, bottom - item.value), (item.name, item.value, top - item.value)]
-    inside, outside = reach(parameters, force, number, moves, np.geomspace(1e-9, 1, _STEPS))
+    reached = reach(parameters, force, number, moves, np.geomspace(1e-9, 1, _STEPS))
+    ends = []  # of each move: the last value with the curve and the first without
+    for (_, origin, step), kept, lost in zip(moves, *reached, strict=True):
+        never = step == 0 or math.isinf(lost)
+        ends.append((float(origin + kept * step), None if never else float(origin + lost * step)))
     entries = []
-    for i, item in enumerate(items):
-        ends = []
-        for move in (2 * i, 2 * i + 1):
-            _, origin, step = moves[move]
-            lost = None if step == 0 or math.isinf(outside[move]) else float(origin + outside[move] * step)
-            ends.append((float(origin + inside[move] * step), lost))
-        (low, low_lost), (high, high_lost) = ends
+    for item, (low, low_lost), (high, high_lost) in zip(items, ends[::2], ends[1::2], strict=True):
         shown = item.shown_unit, item.factor
         entries.append(Margin(item.name, item.unit, item.value, low, high, low_lost, high_lost, *shown))
     return Margins(tuple(sorted(entries, key=lambda entry: entry.smallest)), parameters, force, kind)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import checks
-from ..results import Result
+from ..results import Result, frame
 from .variation import half_widths, judge_varied, kind_number, quantity
 
 _COMPARED = 2000  # rigs of the study that are drawn again with one quantity exact, or alone
@@ -44,12 +44,8 @@ class ToleranceStudy(Result):
 
     Attributes
     ----------
-    parameters : RigParameters or OscillatorParameters
-        The nominal rig.
-    force : float
-        Amplitude (N).
-    kind, distribution : str
-    seed : int or numpy.random.Generator
+    parameters, force, kind, distribution, seed
+        As given: the nominal rig, its force (N) and how others were drawn.
     tolerances : dict of str to float
         Half-widths (SI units).
     values : dict of str to (n,) array
@@ -88,22 +84,18 @@ class ToleranceStudy(Result):
 
     def summary(self):
         """The share and the quantity that matters most."""
-        return (
-            f"{self.share} of the rigs keep the {self.kind} detached curve at {self.force:g} N; "
-            f"most depends on {self.ranking[0]}"
-        )
+        kept = f"{self.share} of the rigs keep the {self.kind} detached curve at {self.force:g} N"
+        return f"{kept}; most depends on {self.ranking[0]}"
 
     def table(self):
         """`pandas.DataFrame`: for each quantity its tolerance and the shares kept (%)."""
-        import pandas as pd
-
         rows = []
         for name in self.ranking:
             item = quantity(self.parameters, self.force, name)
             given = item.value * item.factor, self.tolerances[name] * item.factor, item.shown_unit
             rows.append((name, *given, 100 * self.alone[name].value, 100 * self.exact[name].value))
         columns = ["quantity", "value", "tolerance", "unit", "kept if it alone varies [%]", "kept if it is exact [%]"]
-        return pd.DataFrame(rows, columns=columns).set_index("quantity")
+        return frame(rows, columns, index="quantity")
 
 
 def tolerance_study(parameters, force, tolerances, samples=10_000, seed=2014, kind="inner", distribution="uniform"):
@@ -150,10 +142,8 @@ def tolerance_study(parameters, force, tolerances, samples=10_000, seed=2014, ki
     generator = np.random.default_rng(seed)
     values = {}
     for name, width in widths.items():
-        if distribution == "uniform":
-            drawn = generator.uniform(-1, 1, samples)
-        else:
-            drawn = 0.5 * generator.standard_normal(samples)
+        uniform = distribution == "uniform"
+        drawn = generator.uniform(-1, 1, samples) if uniform else 0.5 * generator.standard_normal(samples)
         values[name] = quantity(parameters, force, name).value + width * drawn
 
     def judged(changes):

@@ -27,18 +27,10 @@ _ABOVE_ZERO = ("force", "ms", "ks", "cs", "m", "k", "d", "d0", "mu", "zeta_s")
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number of a rig that can be varied.
+    """A number of a rig that can be varied; value and physical bounds in SI units, ``unit``.
 
-    Attributes
-    ----------
-    name : str
-    value : float
-        SI units, as are the bounds.
-    unit : str
-    low, high : float
-        Physical bounds; ``low_open`` if the lower one is not allowed itself.
-    shown_unit, factor
-        What is shown to people, and the factor from SI to it: micrometres for wire lengths, grams for masses.
+    ``low_open`` if the lower bound is not allowed itself. People are shown ``shown_unit``, ``factor`` times the SI one:
+    micrometres for wire lengths, grams for masses.
     """
 
     name: str
@@ -71,11 +63,7 @@ def quantity(parameters, force, name):
         values[name] = getattr(parameters, name)
     elif name in _GROUPS:
         values[name] = getattr(parameters.nondimensional(force), name)
-    low, high = 0.0, math.inf
-    if name == "d":
-        low = parameters.d0
-    elif name == "d0":
-        high = parameters.d
+    low, high = parameters.d0 if name == "d" else 0.0, parameters.d if name == "d0" else math.inf
     unit = _UNITS.get(name, "")
     shown, factor = _SHOWN.get(name, (unit, 1.0))
     return Quantity(name, values[name], unit, low, high, low == 0.0 and name in _ABOVE_ZERO, shown, factor)
@@ -92,15 +80,8 @@ def varied_sets(parameters, force, changes):
     """Non-dimensional sets (n, 5) of a rig with some numbers changed; NaN where such a rig is not possible.
 
     Not possible are masses and stiffnesses that are not above zero, and slack wires, d0 > d. A damping below zero is
-    read as zero.
-
-    Parameters
-    ----------
-    parameters : RigParameters or OscillatorParameters
-    force : float
-        Amplitude (N).
-    changes : dict of str to (n,) array
-        New values (SI) of some of `names_of`; NaN leaves a number as it follows from the others.
+    read as zero. ``changes`` is a dict of new values (n,), SI, by some of `names_of`; NaN leaves a number as it follows
+    from the others.
     """
 
     def changed(name, usual):

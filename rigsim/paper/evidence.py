@@ -12,7 +12,7 @@ from ..identification.identify import identify
 from ..model.excitation import Tap
 from ..model.planar import linear_modes, static_equilibrium
 from ..parameters import RigParameters
-from ..results import Result
+from ..results import Result, frame
 from ..theory.amplitude import frequency_response
 from ..theory.detached import detached_curves
 from .virtual_experiment import overlay, virtual_experiment
@@ -37,11 +37,6 @@ class Evidence(Result):
         Of the random test (N, s, Hz).
     progress : bool or callable
         Of the random test and the sine tests.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not allowed.
 
     Examples
     --------
@@ -73,11 +68,9 @@ class Evidence(Result):
 
     def table(self):
         """`pandas.DataFrame` with a row for each result so far, or None; nothing is run for it."""
-        import pandas as pd
-
         run = {name: vars(self)[name] for name in _RUNS if vars(self).get(name) is not None}
         run |= {f'reading "{name}"': result for name, result in run.pop("readings", {}).items()}
-        return pd.DataFrame({"result": {name: result.summary() for name, result in run.items()}}) if run else None
+        return frame({"result": {name: result.summary() for name, result in run.items()}}) if run else None
 
     @cached_property
     def record(self):
@@ -127,17 +120,11 @@ class Evidence(Result):
         parts = []
         for test, branch in zip(self.experiment.tests, self.experiment.branch, strict=True):
             columns = {
-                "frequency": test.frequency,
-                "from rest": [tap is None for tap in test.tap],
-                "light tap": [tap == Tap() for tap in test.tap],
-                "duration": np.round(test.time[-1], 6),
-                "branch": branch,
-                "status": test.status,
-                "tilt": test.tilt,
-                "relative": np.abs(test.relative),
-                "below": test.subharmonic[:, 0],
-            }
-            columns |= dict(zip(("shaker", "mass", "z"), test.distortion.T, strict=True))
+                "frequency": test.frequency, "duration": np.round(test.time[-1], 6), "tilt": test.tilt,
+                "from rest": [tap is None for tap in test.tap], "light tap": [tap == Tap() for tap in test.tap],
+                "branch": branch, "status": test.status, "relative": np.abs(test.relative),
+                "below": test.subharmonic[:, 0], **dict(zip(("shaker", "mass", "z"), test.distortion.T, strict=True)),
+            }  # fmt: skip
             parts.append(pd.DataFrame(columns))
         return pd.concat(parts, ignore_index=True)
 

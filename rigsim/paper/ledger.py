@@ -1,12 +1,13 @@
 """The ledger: every number and claim of the paper, printed against computed, with the cause where they differ."""
 
+import itertools
 from dataclasses import dataclass
 from decimal import Decimal
 from html import escape
 
 from .. import checks
 from ..parameters import RigParameters
-from ..results import Result, ResultSequence
+from ..results import Result, ResultSequence, frame
 from .evidence import Evidence
 from .rows import ROWS
 
@@ -18,6 +19,10 @@ _KEY = (
     "partly, or does not. Where theory has three solutions, they are called low, middle and high by the size of z."
 )
 _NUMERIC = ' class="number"'
+_HEADS = {  # of columns, and their widths (%)
+    "number": {"quantity": 22, "printed": 11, "computed": 13, "difference": 13, "%": 10, "agrees": 9, "cause": 22},
+    "claim": {"claim": 29, "what is found": 35, "holds": 8, "remark": 28},
+}
 _STYLE = (
     ".rigsim-ledger table{width:100%;min-width:46em;table-layout:fixed;margin:0 0 1em}"
     ".rigsim-ledger caption{text-align:left;font-weight:600;padding:.6em 0 .2em}"
@@ -33,10 +38,8 @@ class LedgerRow:
 
     Attributes
     ----------
-    section : str
-        Where it stands in the paper.
-    item : str
-        The quantity, or the claim in words.
+    section, item : str
+        Where it stands in the paper; the quantity, or the claim in words.
     printed, unit : str
         As the paper prints it; empty for a claim.
     computed : float or str
@@ -83,14 +86,7 @@ class LedgerRow:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Ledger(ResultSequence):
-    """Every number and claim of the paper beside what the companion computes: a sequence of `LedgerRow`.
-
-    Attributes
-    ----------
-    members : tuple of LedgerRow
-    evidence : Evidence
-        What they were computed from.
-    """
+    """Every number and claim of the paper beside what the companion computes from the `Evidence`."""
 
     members: tuple
     evidence: Evidence
@@ -110,25 +106,13 @@ class Ledger(ResultSequence):
         return f"Ledger of {len(self)} rows. Numbers that agree: {numbers}. Claims that hold: {claims}."
 
     def only(self, *sections):
-        """The `Ledger` of these sections alone.
-
-        Raises
-        ------
-        ValueError
-            If there is no such section.
-        """
+        """The `Ledger` of these sections alone; `ValueError` if there is no such section."""
         for section in sections:
             checks.one_of("section", section, tuple(dict.fromkeys(row.section for row in self)))
         return Ledger(tuple(row for row in self if row.section in sections), self.evidence)
 
     def row(self, section, item):
-        """The one row of this section and item.
-
-        Raises
-        ------
-        ValueError
-            If there is no such row.
-        """
+        """The one row of this section and item; `ValueError` if there is none."""
         found = [row for row in self if (row.section, row.item) == (section, item)]
         if not found:
             raise ValueError(f"row ({section!r}, {item!r}) is not in the ledger; see ledger.table()")
@@ -136,19 +120,13 @@ class Ledger(ResultSequence):
 
     def table(self):
         """`pandas.DataFrame` with a row per row."""
-        import pandas as pd
-
         columns = ["section", "item", "kind", "unit", "printed", "computed", "difference", "percent", "agrees", "cause"]
         rows = [[getattr(row, name) for name in columns] for row in self]
-        return pd.DataFrame(rows, columns=columns).rename(columns={"percent": "difference [%]"})
+        return frame(rows, columns).rename(columns={"percent": "difference [%]"})
 
     def _repr_html_(self):
-        sections = dict.fromkeys(row.section for row in self)
-        tables = "".join(
-            _table(section, [row for row in self if row.section == section and row.kind == kind], kind)
-            for section in sections
-            for kind in ("number", "claim")
-        )
+        parts = itertools.product(dict.fromkeys(row.section for row in self), ("number", "claim"))
+        tables = "".join(_table([row for row in self if (row.section, row.kind) == part], *part) for part in parts)
         words = f"<p>{escape(self.summary())}</p><p>{_KEY}</p>" if len(self) == len(ROWS) else ""
         return f'<div class="rigsim-ledger"><style>{_STYLE}</style>{words}{tables}</div>'
 
@@ -185,17 +163,13 @@ def _compute(entry, evidence):
     try:
         found = entry.compute(evidence)
     except ValueError as error:  # a rig of one's own may have no equilibrium, or fly apart
-        agrees, computed = "no", f"could not be computed: {error}"
+        agrees, computed = False, f"could not be computed: {error}"
     else:
         agrees, computed = (_agreement(entry.printed, found), float(found)) if entry.printed else found
-    cause = "" if agrees == "yes" else _cause(entry, evidence)
+    agrees = agrees if isinstance(agrees, str) else "yes" if agrees else "no"
+    cause = entry.cause if evidence.rig == _PAPER_RIG else _OTHER_RIG
+    cause = "" if agrees == "yes" else cause(evidence) if callable(cause) else cause
     return LedgerRow(entry.section, entry.item, entry.printed, entry.unit, computed, agrees, cause)
-
-
-def _cause(entry, evidence):
-    if evidence.rig != _PAPER_RIG:
-        return _OTHER_RIG
-    return entry.cause(evidence) if callable(entry.cause) else entry.cause
 
 
 def _agreement(printed, computed):
@@ -205,21 +179,16 @@ def _agreement(printed, computed):
     return "close" if abs(computed / float(printed) - 1) <= _CLOSE else "no"
 
 
-def _table(section, rows, kind):
+def _table(rows, section, kind):
     if not rows:
         return ""
-    if kind == "number":
-        heads = {"quantity": 22, "printed": 11, "computed": 13, "difference": 13, "%": 10, "agrees": 9, "cause": 22}
-        title = f"{section}: numbers"
-    else:
-        heads = {"claim": 29, "what is found": 35, "holds": 8, "remark": 28}
-        title = f"{section}: claims"
+    heads = _HEADS[kind]
     widths = "".join(f'<col style="width:{share}%">' for share in heads.values())
     numeric = ("printed", "computed", "difference", "%")
     head = "".join(f'<th scope="col"{_NUMERIC if text in numeric else ""}>{text}</th>' for text in heads)
     body = "".join(_line(row) for row in rows)
     return (
-        f"<table><caption>{escape(title)}</caption><colgroup>{widths}</colgroup>"
+        f"<table><caption>{escape(section)}: {kind}s</caption><colgroup>{widths}</colgroup>"
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     )
 

@@ -4,6 +4,7 @@ A branch is named only when the whole spectrum allows it: a test that did not se
 force's frequency, is on no branch of the single-term theory, however near its line at f may come.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,9 +18,7 @@ from ..theory.amplitude import FrequencyResponse, frequency_response
 BRANCHES = ("low", "middle", "high")
 _NEAR = 0.15  # largest relative distance of z from a theoretical solution that bears its name
 _PATIENCE = 6.0  # s, for tests that three seconds do not settle
-_LADDER = tuple(
-    (velocity, part) for velocity in (0.25, 0.5, 1.0, 2.0) for part in (0, 1 / 4, 1 / 2, 3 / 4)
-)  # m/s, periods
+_LADDER = tuple(itertools.product((0.25, 0.5, 1.0, 2.0), (0, 1 / 4, 1 / 2, 3 / 4)))  # m/s, periods
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -60,28 +59,13 @@ class Overlay(Result):
         """Frequencies (Hz) and names of branches that theory calls stable and no test reached, as a list of tuples."""
         several = self.response.count == 3
         lost = self.response.stable & ~self.reached()
-        return [
-            (float(self.response.frequency[i]), BRANCHES[j] if several[i] else "only") for i, j in np.argwhere(lost)
-        ]
+        places = np.argwhere(lost)
+        return [(float(self.response.frequency[i]), BRANCHES[j] if several[i] else "only") for i, j in places]
 
     def theory(self, band=(10.0, 80.0), parameters=None):
-        """Theory at 701 frequencies of a band, as lines between the tests.
+        """Theory as `FrequencyResponse` at 701 frequencies of a ``band`` (a pair in Hz), as lines between the tests.
 
-        Parameters
-        ----------
-        band : pair of float
-            Hz.
-        parameters : OscillatorParameters or RigParameters, optional
-            By default those of ``response``.
-
-        Returns
-        -------
-        FrequencyResponse
-
-        Raises
-        ------
-        ValueError
-            If the band is not two ascending frequencies.
+        ``parameters`` are by default those of ``response``. `ValueError` if the band is not two ascending frequencies.
         """
         low, high = checks.array("band", band, "Hz", low=0.0, low_open=True, min_size=2)
         if low >= high:
@@ -106,21 +90,18 @@ class Overlay(Result):
         for test, status, branch in zip(self.tests, self.status, self.branch, strict=True):
             nearest, distance = _nearest(self.response, test)
             known = np.isin(branch, (*BRANCHES, "only"))
-            rows.append(
-                pd.DataFrame(
-                    {
-                        "frequency [Hz]": test.frequency,
-                        "trial": [trial_name(tap) for tap in test.tap],
-                        "duration [s]": test.time[-1],
-                        "branch": branch,
-                        "status": status,
-                        "rig |z| [mm]": 1e3 * np.abs(test.relative),
-                        "theory |z| [mm]": np.where(known, 1e3 * np.abs(nearest), np.nan),
-                        "distance [%]": np.where(known, 100 * distance, np.nan),
-                        "message": test.message,
-                    }
-                )
-            )
+            columns = {
+                "frequency [Hz]": test.frequency,
+                "trial": [trial_name(tap) for tap in test.tap],
+                "duration [s]": test.time[-1],
+                "branch": branch,
+                "status": status,
+                "rig |z| [mm]": 1e3 * np.abs(test.relative),
+                "theory |z| [mm]": np.where(known, 1e3 * np.abs(nearest), np.nan),
+                "distance [%]": np.where(known, 100 * distance, np.nan),
+                "message": test.message,
+            }
+            rows.append(pd.DataFrame(columns))
         return pd.concat(rows).sort_values(["frequency [Hz]", "duration [s]"], ignore_index=True, kind="stable")
 
 
@@ -183,11 +164,6 @@ def virtual_experiment(rig, force, frequency, theory=None, *, duration=3.0, prog
     Returns
     -------
     Overlay
-
-    Raises
-    ------
-    ValueError
-        If an argument is not allowed.
     """
     theory = rig if theory is None else theory
     frequency = checks.array("frequency", frequency, "Hz", low=LOWEST)

@@ -12,7 +12,7 @@ from ..printed import PRINTED, printed
 class Entry:
     """A claim in words, or a printed number; ``cause``, text or a function of the evidence, says why it does not hold.
 
-    ``compute(evidence)`` gives a claim's verdict ("yes", "partly", "no") and what was found, or our number.
+    ``compute(evidence)`` gives a claim's verdict (whether it holds, or "partly") and what was found, or our number.
     """
 
     section: str

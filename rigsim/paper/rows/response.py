@@ -39,21 +39,18 @@ def _discriminant_rule(e):
         count = int(((np.abs(roots.imag) < 1e-7 * np.abs(roots)) & (roots.real > 0)).sum())
         wrong += count != (3 if sign > 0 else 1)
         several += count == 3
-    return (
-        "yes" if not wrong else "no",
-        f"{_RANDOM_SETS} random oscillators, {several} of them with three solutions: {wrong} exceptions",
-    )
+    return not wrong, f"{_RANDOM_SETS} random oscillators, {several} of them with three solutions: {wrong} exceptions"
 
 
 def _two_of_three_stable(e):
     several = e.curve.count == 3
     stable = e.curve.stable[several].sum(axis=1)
     if not stable.size:
-        return "no", "there are never three solutions"
+        return False, "there are never three solutions"
     usual = e.curve.stable[several] == [True, False, True]
     unusual = e.curve.frequency[several][~usual.all(axis=1)]
     if not unusual.size:
-        return "yes", f"at each of {stable.size} frequencies from 10 to 80 Hz"
+        return True, f"at each of {stable.size} frequencies from 10 to 80 Hz"
     return "partly", (
         f"at {percent(usual.all(axis=1).mean(), 3)} of the frequencies; between {unusual.min():.1f} and "
         f"{unusual.max():.1f} Hz from {stable.min()} to {stable.max()} of the three are"
@@ -62,48 +59,44 @@ def _two_of_three_stable(e):
 
 def _detached(e):
     listed = ", ".join(f"{curve.kind} from {curve.low:.2f} to {curve.high:.2f} Hz" for curve in e.detached)
-    good = [curve.kind for curve in e.detached] == ["inner"]
-    return "yes" if good else "no", f"at {e.force:g} N: {listed or 'none'}"
+    return [curve.kind for curve in e.detached] == ["inner"], f"at {e.force:g} N: {listed or 'none'}"
 
 
 def _inside_which(e):
     """Whether the two solutions of the detached curve lie below the third, by displacement."""
     at = e.inside(e.curve.frequency) & (e.curve.count == 3)
     if not at.any():
-        return "no", "there is no detached curve"
-    below = {
-        name: (np.abs(getattr(e.curve, name)[at])[:, :2].max(axis=1) < np.abs(getattr(e.curve, name)[at])[:, 2]).mean()
-        for name in ("relative", "mass", "shaker")
-    }
+        return False, "there is no detached curve"
+    sizes = {name: np.abs(getattr(e.curve, name)[at]) for name in ("relative", "mass", "shaker")}
+    below = {name: (size[:, :2].max(axis=1) < size[:, 2]).mean() for name, size in sizes.items()}
     listed = ", ".join(f"{name} {100 * share:.3g} %" for name, share in below.items())
-    return "yes" if below["relative"] == below["mass"] == 1 else "no", f"it lies below the main curve at: {listed}"
+    return below["relative"] == below["mass"] == 1, f"it lies below the main curve at: {listed}"
 
 
 def _margin(e):
     """Forces at which an inner curve begins and ends to exist, around the force of the tests."""
-    changes = [
-        (event.force, event.after.count("inner") > event.before.count("inner"))
-        for event in force_scenario(e.theory)
-        if event.after.count("inner") != event.before.count("inner")
-    ]
     told = ", ".join(
-        f"{'begins' if begins else 'ends'} at {force:.3f} N ({100 * (force / e.force - 1):+.2g} %)"
-        for force, begins in changes
+        f"{'begins' if change > 0 else 'ends'} at {force:.3f} N ({100 * (force / e.force - 1):+.2g} %)"
+        for force, change in _inner_changes(e.theory)
     )
     inner = any(curve.kind == "inner" for curve in e.detached)
-    return "yes" if inner else "no", f"an inner curve {told}" if told else "there is no inner curve at any force"
+    return inner, f"an inner curve {told}" if told else "there is no inner curve at any force"
+
+
+def _inner_changes(parameters):
+    """(force, by how many) of the events that change the number of inner curves."""
+    changes = ((one.force, one.after.count("inner") - one.before.count("inner")) for one in force_scenario(parameters))
+    return [(force, change) for force, change in changes if change]
 
 
 def _quasi_zero(e):
     softest = e.theory.replace(k1=0.0)
     found = detached_curves(softest, e.force)
-    kinds = [curve.kind for curve in found]
-    births = [
-        event.force for event in force_scenario(softest) if event.after.count("inner") > event.before.count("inner")
-    ]
+    births = [force for force, change in _inner_changes(softest) if change > 0]
     listed = ", ".join(f"{curve.kind} {curve.low:.1f}-{curve.high:.1f} Hz" for curve in found)
     first = f"; the first one at {min(births):.3f} N" if births else ""
-    return "yes" if "inner" in kinds else "no", f"with k1 = 0 at {e.force:g} N: {listed or 'no detached curve'}{first}"
+    inner = any(curve.kind == "inner" for curve in found)
+    return inner, f"with k1 = 0 at {e.force:g} N: {listed or 'no detached curve'}{first}"
 
 
 ROWS = (

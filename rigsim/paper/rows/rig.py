@@ -27,7 +27,7 @@ def _taylor(e):
     fitted = np.linalg.lstsq(powers / scale, suspension_force(z, e.rig), rcond=None)[0] / scale
     cubic = e.rig.k3 * np.abs(z).max() ** 2
     error = max(abs(fitted[0] - e.rig.k1) / cubic, abs(fitted[1] / e.rig.k3 - 1))
-    return "yes" if error < 1e-4 else "no", f"a polynomial through Eq. (1) gives the same k1 and k3 to {error:.0e}"
+    return error < 1e-4, f"a polynomial through Eq. (1) gives the same k1 and k3 to {error:.0e}"
 
 
 def fitted_amplitude(rig, k3):
@@ -59,26 +59,21 @@ def _k3_cause(e):
 def _k1_range(e):
     half = 0.5e-6  # m: Table 2 prints d0 to a micrometre
     change = e.rig.wire_stiffness.sum() * half / e.rig.d
-    return (
-        "yes" if change < 5e-5 * e.rig.k1 else "no",
-        f"k1 is {e.rig.k1:.2f} ± {change:.2f} N/m" + (f", ±{percent(change / e.rig.k1)}" if e.rig.k1 else ""),
-    )
+    share = f", ±{percent(change / e.rig.k1)}" if e.rig.k1 else ""
+    return change < 5e-5 * e.rig.k1, f"k1 is {e.rig.k1:.2f} ± {change:.2f} N/m{share}"
 
 
 def _cubic_error(e):
     largest = e.trials["relative"].max()
     error = float(cubic_law_error(largest, e.rig))
-    return "yes" if abs(error) < 0.01 else "no", f"error of the force {percent(error)} at |z| = {1e3 * largest:.2f} mm"
+    return abs(error) < 0.01, f"error of the force {percent(error)} at |z| = {1e3 * largest:.2f} mm"
 
 
 def _slightly_tightened(e):
     tension = e.rig.wire_stiffness.mean() * (e.rig.d - e.rig.d0)
     weight = e.rig.m * e.rig.gravity
     strain = (e.rig.d - e.rig.d0) / e.rig.d0
-    return (
-        "yes" if strain < 1e-3 else "no",
-        f"a strain of {strain:.2g}, {tension:.2g} N a wire; the mass weighs {weight:.2g} N",
-    )
+    return strain < 1e-3, f"a strain of {strain:.2g}, {tension:.2g} N a wire; the mass weighs {weight:.2g} N"
 
 
 ROWS = (

@@ -18,17 +18,14 @@ def _share(e, began, branch, where):
     """Verdict on the share of frequencies ``where`` tests that ``began`` so reach ``branch``."""
     trials = e.trials[where(e, e.trials["frequency"]) & began(e.trials)]
     if trials.empty:
-        return "no", "no test at such a frequency"
+        return False, "no test at such a frequency"
     reached = (trials["branch"] == branch).groupby(trials["frequency"]).any()
     told = f"at {reached.sum()} of {reached.size} frequencies"
     if not reached.all():
         lost = reached.index[~reached]
-        told += (
-            f"; not at {lost[0]:g} Hz"
-            if lost.size == 1
-            else f"; not at {lost.size} from {lost[0]:g} to {lost[-1]:g} Hz"
-        )
-    return "yes" if reached.all() else "partly" if reached.mean() > 0.5 else "no", told
+        several = f"{lost.size} from {lost[0]:g} to {lost[-1]:g}"
+        told += f"; not at {several if lost.size > 1 else format(lost[0], 'g')} Hz"
+    return True if reached.all() else "partly" if reached.mean() > 0.5 else False, told
 
 
 def _on_detached(e, frequency):
@@ -44,7 +41,7 @@ def _settled(e):
     first = e.trials[e.trials["duration"] == e.trials["duration"].min()]
     share = (first["status"] == Status.SETTLED).groupby(first["from rest"]).mean()
     return (
-        "yes" if share.min() > 0.99 else "partly" if share.max() > 0.5 else "no",
+        True if share.min() > 0.99 else "partly" if share.max() > 0.5 else False,
         f"{percent(share.get(True, 0), 3)} of the tests from rest and {percent(share.get(False, 0), 3)} of the "
         f"tapped ones are steady in the last second of {first['duration'].min():g} s",
     )
@@ -53,14 +50,12 @@ def _settled(e):
 def _harmonics(e, channel):
     settled = e.trials[e.trials["status"] == Status.SETTLED]
     if settled.empty:
-        return "no", "no test settled"
+        return False, "no test settled"
     largest = settled.groupby("branch")[channel].max().sort_values(ascending=False)
     worst = settled.loc[settled[channel].idxmax()]
     listed = ", ".join(f"{percent(value)} {_where(branch)}" for branch, value in largest.items())
-    return (
-        "yes" if worst[channel] < _LIMIT else "no",
-        f"largest {percent(worst[channel])}, at {worst['frequency']:g} Hz (by branch: {listed})",
-    )
+    told = f"largest {percent(worst[channel])}, at {worst['frequency']:g} Hz (by branch: {listed})"
+    return worst[channel] < _LIMIT, told
 
 
 def _where(branch):
@@ -70,13 +65,12 @@ def _where(branch):
 def _lower_harmonics(e):
     odd = e.trials[e.trials["status"] == Status.SUBHARMONIC]
     if odd.empty:
-        return "yes", f"none in {len(e.trials)} tests"
+        return True, f"none in {len(e.trials)} tests"
     rest = int(odd["from rest"].sum())
-    return (
-        "no",
+    return False, (
         f"{len(odd)} of {len(e.trials)} tests, {rest} of them from rest, end in motions with a line below f that "
         f"is up to {odd['below'].max():.2g} times z's line at f, between {odd['frequency'].min():g} and "
-        f"{odd['frequency'].max():g} Hz",
+        f"{odd['frequency'].max():g} Hz"
     )
 
 
@@ -84,22 +78,20 @@ def _agreement(e, branches):
     table = e.experiment.table()
     on = table[table["branch"].isin(branches)]
     if on.empty:
-        return "no", "no test ended there"
+        return False, "no test ended there"
     worst = on.loc[on["distance [%]"].idxmax()]
-    return (
-        "yes" if worst["distance [%]"] < 5 else "partly",
+    return worst["distance [%]"] < 5 or "partly", (
         f"z of {len(on)} tests within {worst['distance [%]']:.2g} % (at {worst['frequency [Hz]']:g} Hz), in the middle "
-        f"{on['distance [%]'].median():.2g} %",
+        f"{on['distance [%]'].median():.2g} %"
     )
 
 
 def _reached(e):
     missing = e.experiment.missing()
+    if not missing:
+        return True, "every one was reached"
     listed = ", ".join(f"{'the only one' if branch == 'only' else branch} at {f:g} Hz" for f, branch in missing)
-    return (
-        "yes" if not missing else "partly",
-        f"{len(missing)} stable solutions were reached by no test: {listed}" if missing else "every one was reached",
-    )
+    return "partly", f"{len(missing)} stable solutions were reached by no test: {listed}"
 
 
 ROWS = (
