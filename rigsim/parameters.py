@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from . import checks
-from .results import Result
+from .results import Result, frame
 
 
 def _quantity(unit, meaning, *, allowed=None, **options):
@@ -18,13 +18,7 @@ class _Table(Result):
     """Replacing and tabulating, shared by the parameter sets."""
 
     def replace(self, **changes):
-        """A copy with some fields changed, checked again.
-
-        Raises
-        ------
-        ValueError
-            If a name is no field, or a value is not allowed.
-        """
+        """A copy with some fields changed, checked again."""
         known = [item.name for item in fields(self)]
         for name in changes:
             checks.one_of(f"field of {type(self).__name__}", name, known)
@@ -32,10 +26,8 @@ class _Table(Result):
 
     def table(self):
         """`pandas.DataFrame` of name, value, unit and meaning."""
-        import pandas as pd
-
         rows = [(f.name, getattr(self, f.name), f.metadata["unit"], f.metadata["meaning"]) for f in fields(self)]
-        return pd.DataFrame(rows, columns=["parameter", "value", "unit", "meaning"]).set_index("parameter")
+        return frame(rows, ["parameter", "value", "unit", "meaning"], index="parameter")
 
     def _repr_html_(self):
         return self.table().to_html()
@@ -159,15 +151,11 @@ class RigParameters(_Table):
     def __post_init__(self):
         super().__post_init__()
         if self.d0 > self.d:
-            raise ValueError(
-                f"d0 = {checks.digits(self.d0)} m is not allowed; "
-                f"expected at most the installed length d = {checks.digits(self.d)} m"
-            )
+            expected = f"at most the installed length d = {checks.digits(self.d)} m"
+            raise ValueError(f"d0 = {checks.digits(self.d0)} m is not allowed; expected {expected}")
         if abs(self.LG) >= self.Lm / 2:
-            raise ValueError(
-                f"LG = {checks.digits(self.LG)} m is not allowed; P must lie on the cylinder, "
-                f"abs(LG) < Lm/2 = {checks.digits(self.Lm / 2)} m"
-            )
+            expected = f"P must lie on the cylinder, abs(LG) < Lm/2 = {checks.digits(self.Lm / 2)} m"
+            raise ValueError(f"LG = {checks.digits(self.LG)} m is not allowed; {expected}")
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         set_field("wire_sets", checks.integer("wire_sets", self.wire_sets, low=1, high=2))
         set_field("tension_only", bool(checks.one_of("tension_only", self.tension_only, (False, True))))
@@ -187,10 +175,8 @@ class RigParameters(_Table):
 
     def _checked_half_spacing(self):
         if self.wire_sets == 1:
-            half = self.set_half_spacing
-            raise ValueError(
-                f"set_half_spacing = {half} m is not allowed with wire_sets = 1; expected None, the set is at P"
-            )
+            given = f"set_half_spacing = {self.set_half_spacing} m"
+            raise ValueError(f"{given} is not allowed with wire_sets = 1; expected None, the set is at P")
         return checks.real("set_half_spacing", self.set_half_spacing, "m", low=0.0, high=self.Lm / 2 - abs(self.LG))
 
     @cached_property

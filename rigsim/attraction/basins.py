@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from .. import checks
-from ..results import Result
+from ..results import Result, frame
 from .attractors import attractors, quasi_random, settle_and_learn
 from .motions import Attractors
 
@@ -46,15 +46,12 @@ class Basins(Result):
 
     def table(self):
         """`pandas.DataFrame`: a row a motion, with its size and its share."""
-        import pandas as pd
-
         shares = 100 * np.array([self.share, self.share_low, self.share_high]).T
         rows = [
             (one.motion, one.name, one.period or "none", 1e3 * one.amplitude, share, f"{low:.2f} to {high:.2f}")
             for one, (share, low, high) in zip(self.attractors, shares, strict=True)
         ]
-        columns = ["motion", "name", "period", "largest |z| [mm]", "share [%]", "95 % interval [%]"]
-        return pd.DataFrame(rows, columns=columns)
+        return frame(rows, ["motion", "name", "period", "largest |z| [mm]", "share [%]", "95 % interval [%]"])
 
     def summary(self):
         """One line: the motions and their shares."""

@@ -108,11 +108,6 @@ class Flow:
         Hz.
     steps : int
         A forcing period.
-
-    Raises
-    ------
-    ValueError
-        If a value is not allowed, or the exact law is asked of a set without wires.
     """
 
     parameters: RigParameters | OscillatorParameters
@@ -192,12 +187,8 @@ class Flow:
 def accurate_flow(parameters, law, force, frequency, states, scale, tolerance=1e-6):
     """A `Flow` with as few steps a period as keep the given states (n, 4) accurate over their first period.
 
-    That is within ``tolerance`` of ``scale`` (4,), what counts as one in each coordinate, from twice as many steps.
-
-    Raises
-    ------
-    ValueError
-        If a value is not allowed, or four thousand steps do not suffice.
+    That is within ``tolerance`` of ``scale`` (4,), what counts as one in each coordinate, from twice as many steps;
+    `ValueError` if four thousand do not suffice.
     """
     steps = 12
     while steps <= 4096:
@@ -206,7 +197,5 @@ def accurate_flow(parameters, law, force, frequency, states, scale, tolerance=1e
         if (np.abs(difference) <= tolerance * scale).all():  # also false where a step was so long that it blew up
             return flow
         steps = math.ceil(1.2 * steps)
-    raise ValueError(
-        f"states reach out to z = {np.abs(states[:, 1]).max():g} m, too fast for {steps} steps a period; "
-        "expected a smaller box"
-    )
+    reached = f"states reach out to z = {np.abs(states[:, 1]).max():g} m"
+    raise ValueError(f"{reached}, too fast for {steps} steps a period; expected a smaller box")

@@ -9,7 +9,7 @@ from scipy.stats import qmc
 from .. import checks
 from ..campaign.progress import reporting
 from ..parameters import OscillatorParameters, RigParameters, law_of, oscillator_of
-from ..results import Result, Status
+from ..results import Result, Status, frame
 from ..theory.amplitude import frequency_response
 from .attractors import BRANCHES, attractors, settle_and_learn
 
@@ -25,14 +25,8 @@ class Integrity(Result):
 
     Attributes
     ----------
-    branch : str
-        Name of the motion that is followed.
-    parameters : RigParameters or OscillatorParameters
-    law : str
-    force : float
-        N.
-    frequency : (n,) array
-        Hz.
+    branch, parameters, law, force, frequency
+        As given: the name of the motion that is followed, N, Hz (n,).
     attractors : tuple of Attractors
         The motions at each frequency.
     motion : (n,) array of int
@@ -69,20 +63,17 @@ class Integrity(Result):
 
     def table(self):
         """`pandas.DataFrame`: a row a frequency."""
-        import pandas as pd
-
         pairs = zip(self.attractors, self.neighbour, strict=True)
-        return pd.DataFrame(
-            {
-                "frequency [Hz]": self.frequency,
-                "motion": self.motion,
-                "|z| [mm]": 1e3 * self.amplitude,
-                "radius [mm]": 1e3 * self.radius,
-                "radius over |z|": self.radius / self.amplitude,
-                "beyond it": [found.names[i] if i >= 0 else "" for found, i in pairs],
-                "status": [str(one) for one in self.status],
-            }
-        )
+        columns = {
+            "frequency [Hz]": self.frequency,
+            "motion": self.motion,
+            "|z| [mm]": 1e3 * self.amplitude,
+            "radius [mm]": 1e3 * self.radius,
+            "radius over |z|": self.radius / self.amplitude,
+            "beyond it": [found.names[i] if i >= 0 else "" for found, i in pairs],
+            "status": [str(one) for one in self.status],
+        }
+        return frame(columns)
 
     def summary(self):
         """One line with the range of radii."""
@@ -116,11 +107,6 @@ def integrity(
     Returns
     -------
     Integrity
-
-    Raises
-    ------
-    ValueError
-        If an argument is not allowed.
     """
     frequency = checks.array("frequency", frequency, "Hz", low=0.0, low_open=True)
     samples = checks.integer("samples", samples, low=16)

@@ -5,7 +5,7 @@ from numbers import Integral
 
 import numpy as np
 
-from ..results import Result, ResultSequence
+from ..results import Result, ResultSequence, frame
 from .flow import Flow
 from .settle import until_trapped
 
@@ -120,20 +120,13 @@ class Attractors(ResultSequence):
         return [name if names.count(name) == 1 else f"{name} #{i}" for i, name in enumerate(names)]
 
     def find(self, motion):
-        """The attractor of an identifier, or of a name that only one bears.
-
-        Raises
-        ------
-        ValueError
-            If there is none, or more than one of the name.
-        """
+        """The attractor of an identifier, or of a name that only one bears."""
         known = isinstance(motion, Integral) and 0 <= motion < len(self)
         found = [self[motion]] if known else [one for one in self if one.name == motion]
         if len(found) != 1:
             told = ", ".join(f"{one.motion} ({one.name})" for one in self)
-            raise ValueError(
-                f"motion = {motion!r} is not allowed; expected one of {told}, by its number if names repeat"
-            )
+            expected = f"one of {told}, by its number if names repeat"
+            raise ValueError(f"motion = {motion!r} is not allowed; expected {expected}")
         return found[0]
 
     def settle(self, states, **options):
@@ -150,17 +143,12 @@ class Attractors(ResultSequence):
 
     def table(self):
         """`pandas.DataFrame`, a row a motion."""
-        import pandas as pd
-
-        rows = [
-            (
-                one.motion, one.name, one.period or "none", 1e3 * one.amplitude,
-                1e3 * abs(one.relative[one.period]) if one.period else np.nan, abs(one.multipliers).max(),
-            )
-            for one in self
-        ]  # fmt: skip
-        columns = ["motion", "name", "period", "largest |z| [mm]", "|z| at f [mm]", "largest multiplier"]
-        return pd.DataFrame(rows, columns=columns)
+        rows = []
+        for one in self:
+            at_f = 1e3 * abs(one.relative[one.period]) if one.period else np.nan
+            size = 1e3 * one.amplitude, at_f, abs(one.multipliers).max()
+            rows.append((one.motion, one.name, one.period or "none", *size))
+        return frame(rows, ["motion", "name", "period", "largest |z| [mm]", "|z| at f [mm]", "largest multiplier"])
 
     def summary(self):
         """One line: which motions there are."""

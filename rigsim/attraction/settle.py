@@ -17,13 +17,8 @@ _CHUNK = 128  # states that one thread takes at a time
 def until_trapped(found, states, patience, *, executor=None, label="states", **options):
     """Run states (n, 4) until the traps of the `Attractors` found hold them, or for ``patience`` periods.
 
-    Chunks run by `rigsim.campaign.run.run_chunks`, whose the options are, by default on as many threads as there are
-    cores.
-
-    Returns
-    -------
-    dict
-        ``label`` the motion that each state leads to, -1 where none, ``periods`` how many it took, ``states`` the ends.
+    A dict: ``label`` the motion that each state leads to, -1 where none, ``periods`` how many it took, ``states`` the
+    ends. Chunks run by `rigsim.campaign.run.run_chunks`, whose the options are, by default on a thread a core.
     """
     common = {"numbers": found.flow.numbers, "steps": found.flow.steps, "patience": patience}
     common |= {"points": found.points, "metrics": found.metrics, "owner": found.owner}

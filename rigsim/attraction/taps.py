@@ -7,7 +7,7 @@ from scipy.ndimage import distance_transform_cdt
 
 from .. import checks
 from ..model.excitation import Tap
-from ..results import Result
+from ..results import Result, frame
 from .attractors import attractors, settle_and_learn
 from .motions import Attractors
 
@@ -42,34 +42,20 @@ class TapMap(Result):
     plots = {"taps": "tap_map_figure"}
 
     def reached(self, motion):
-        """Whether each tap leads to a motion, of this number or name, (v, i) bool.
-
-        Raises
-        ------
-        ValueError
-            If that names no motion, or several.
-        """
+        """Whether each tap leads to a motion, of this number or name that only one bears, (v, i) bool."""
         return self.label == self.attractors.find(motion).motion
 
     def tap(self, row, column, after=1.0):
         """One tap of the map as a `Tap` for a test bench: by the first such instant ``after`` (s) or later.
 
-        Parameters
-        ----------
-        row, column : int
-            Indices of ``velocity`` and ``instant``.
-        after : float
-            s.
+        ``row`` and ``column`` are indices of ``velocity`` and ``instant``.
         """
         return _bench_tap(self, self.velocity[row], self.instant[column], after)
 
     def surest(self, motion):
         """Indices (row, column) of the tap farthest, in cells of the map, from any that leads elsewhere.
 
-        Raises
-        ------
-        ValueError
-            If none leads to the motion of this number or name.
+        `ValueError` if none leads to the motion of this number or name.
         """
         there = self._surely_reached(motion)
         # Instants go round; beyond the largest velocities nothing is known.
@@ -79,28 +65,11 @@ class TapMap(Result):
         return int(row), int(column)
 
     def paths(self, instant, velocity, periods, samples):
-        """What follows taps of several sizes at one instant.
+        """What follows taps of several sizes ``velocity`` (n,) (m/s) at one ``instant``.
 
-        Parameters
-        ----------
-        instant : float
-            When the pulse begins, in forcing periods after a peak of the force.
-        velocity : (n,) array_like
-            Sizes (m/s).
-        periods, samples : int
-            Periods after the tap, from the next peak of the force on, and instants in each.
-
-        Returns
-        -------
-        label : (n,) array of int
-            Motion reached, -1 for none.
-        states : (n, periods * samples, 4) array
-            xs, z (m) and their velocities (m/s).
-
-        Raises
-        ------
-        ValueError
-            If an argument is not allowed.
+        The pulse begins ``instant`` forcing periods after a peak of the force. Returns the motions reached (n,), -1 for
+        none, and the states (n, periods * samples, 4): xs, z (m) and their velocities (m/s) over so many ``periods``
+        after the tap, from the next peak of the force on, at ``samples`` instants in each.
         """
         instant = checks.real("instant", instant, low=0.0, high=1.0)
         periods, velocity = checks.integer("periods", periods, low=1), checks.array("velocity", velocity, "m/s")
@@ -116,14 +85,12 @@ class TapMap(Result):
 
     def table(self):
         """`pandas.DataFrame`: how many of the taps lead to each motion, and the smallest of them on the grid."""
-        import pandas as pd
-
         rows = []
         for one in self.attractors:
             there = self.reached(one.motion)
             sizes = np.abs(self.velocity)[there.any(axis=1)]
             rows.append((one.motion, one.name, 100 * there.mean(), sizes.min() if sizes.size else np.nan))
-        return pd.DataFrame(rows, columns=["motion", "name", "taps [%]", "smallest on the grid [m/s]"])
+        return frame(rows, ["motion", "name", "taps [%]", "smallest on the grid [m/s]"])
 
     def summary(self):
         """One line: where the taps lead."""

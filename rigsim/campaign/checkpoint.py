@@ -16,21 +16,9 @@ class Checkpoint:
     """Finished chunks of one problem in a SQLite file; a context manager.
 
     Each chunk is committed by itself, so a killed process loses only the chunk it was at. Arrays are kept in NumPy's
-    own format, bit for bit and without pickles.
-
-    Parameters
-    ----------
-    path : str or path-like
-        File to continue, or to begin if it does not exist.
-    key : str
-        `fingerprint` of the problem.
-    code : str
-        `code.code_fingerprint` of what computes the chunks.
-
-    Raises
-    ------
-    ValueError
-        If the file belongs to another problem or to other code, is no checkpoint, or cannot be opened.
+    own format, bit for bit and without pickles. ``path`` is continued, or begun if it does not exist; ``key`` is the
+    `fingerprint` of the problem and ``code`` the `code.code_fingerprint` of what computes the chunks. `ValueError` if
+    the file belongs to another problem or to other code, is no checkpoint, or cannot be opened.
     """
 
     def __init__(self, path, key, code):
@@ -98,15 +86,8 @@ def _unpack(blob):
 def fingerprint(*parts):
     """SHA-256 (hexadecimal str) of the content of nested data.
 
-    Parameters
-    ----------
-    *parts : object
-        Numbers, text, None, arrays, dataclasses, slices, ranges, and dicts, lists and tuples of these.
-
-    Raises
-    ------
-    TypeError
-        If something else is among them, whose content is not known.
+    Parts are numbers, text, None, arrays, dataclasses, slices, ranges, and dicts, lists and tuples of these.
+    `TypeError` if something else is among them, whose content is not known.
     """
     digest = hashlib.sha256()
     _feed(digest, parts)

@@ -15,15 +15,8 @@ _LOADED = time.time()
 def code_fingerprint(function):
     """SHA-256 (hexadecimal str) of the module of a function and all of rigsim that it imports, wherever in the file.
 
-    Parameters
-    ----------
-    function : callable
-        Of a module. Where that is not rigsim's, its own file counts, and all of rigsim.
-
-    Raises
-    ------
-    ValueError
-        If a file has changed since this Python started, which then computes with what no file holds any more.
+    Of a module that is not rigsim's its own file counts, and all of rigsim. `ValueError` if a file has changed since
+    this Python started, which then computes with what no file holds any more.
     """
     source = getattr(sys.modules.get(function.__module__), "__file__", None)
     source = source and Path(source).resolve()

@@ -7,24 +7,8 @@ from contextlib import contextmanager
 def reporting(progress, total, label=""):
     """What long work calls as ``report(done)`` whenever more of its ``total`` parts are done.
 
-    Parameters
-    ----------
-    progress : bool or callable
-        True shows a bar (in a notebook a widget), False nothing; a callable is called as ``progress(done, total)``.
-    total : int
-        Number of parts.
-    label : str
-        Text beside the bar.
-
-    Yields
-    ------
-    callable
-        Takes the number of parts done so far.
-
-    Raises
-    ------
-    ValueError
-        If ``progress`` is neither a bool nor callable.
+    ``progress`` is True for a bar (in a notebook a widget) with the text ``label`` beside it, False for nothing, or a
+    callable, which is called as ``progress(done, total)``.
     """
     if callable(progress):
         yield lambda done: progress(done, total)

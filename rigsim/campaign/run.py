@@ -15,18 +15,7 @@ from .progress import reporting
 
 
 def split(count, size):
-    """Cut ``count`` points into chunks of at most ``size``, as equal as can be.
-
-    Parameters
-    ----------
-    count, size : int
-        Number of points, and the most in one chunk; at least 1.
-
-    Returns
-    -------
-    list of slice
-        In order, without gaps.
-    """
+    """Cut ``count`` points into chunks of at most ``size``, as equal as can be: slices in order, without gaps."""
     count, size = checks.integer("count", count, low=1), checks.integer("size", size, low=1)
     number = -(-count // size)
     edges = [count * index // number for index in range(number + 1)]
@@ -34,17 +23,7 @@ def split(count, size):
 
 
 def join(results):
-    """Put the results of `run_chunks` behind each other.
-
-    Parameters
-    ----------
-    results : list of dict of str to numpy.ndarray
-        One dict a chunk, with the same names; arrays run over the chunk's points along their first axis.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray
-    """
+    """Put the results of `run_chunks`, a dict of arrays a chunk, behind each other along their first axis: one dict."""
     return {name: np.concatenate([result[name] for result in results]) for name in results[0]}
 
 

@@ -151,11 +151,12 @@ def design_for_detached_curve(parameters, force, free=("force",), kind="inner", 
         reaches = [reached_at(point, **_COARSE) for point in points]
         heights = [np.nan if isinstance(one, float) else min(one.values()) for one in reaches]
         profiles[name] = np.stack([values, heights])
+    better, level = replaced(parameters, force, found)
     margin, start_margin = min(reached.values()), 0.0 if isinstance(before, float) else min(before.values())
     free = {name: (*bounds[name], found[name]) for name in names}
     return Design(
-        *replaced(parameters, force, found), kind, free, start, tolerances, reached, margin, start_margin, profiles, seed,
-        status, message,
+        parameters=better, force=level, kind=kind, free=free, start=start, tolerances=tolerances, reach=reached,
+        margin=margin, start_margin=start_margin, profiles=profiles, seed=seed, status=status, message=message,
     )  # fmt: skip
 
 

@@ -160,8 +160,9 @@ def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101))
     point = tuple(quantity(parameters, force, name).value for name in names)
     box = tuple(widths.get(name, 0.0) for name in names)
     return ExistenceChart(
-        parameters, force, names, x_of(columns[0]), y_of(rows[:, 0]), inner, outer, distance, possible, boundaries,
-        regions, point, box, tolerances,
+        parameters=parameters, force=force, names=names, x=x_of(columns[0]), y=y_of(rows[:, 0]), inner=inner,
+        outer=outer, distance=distance, possible=possible, boundaries=boundaries, regions=regions, point=point, box=box,
+        tolerances=tolerances,
     )  # fmt: skip
 
 

@@ -10,22 +10,9 @@ from ..compiled import compiled
 def fit_sines(time, signals, frequencies):
     """Least-squares mean and complex amplitudes of sines of given frequencies, fitted together.
 
-    Parameters
-    ----------
-    time, signals : ndarray, shapes (n,) and (n, channels)
-        The time evenly spaced (s).
-    frequencies : sequence of float, length k
-        Hz.
+    ``time`` (n,) is evenly spaced (s), ``signals`` (n, channels), ``frequencies`` k in Hz. Returns the amplitudes,
+    (k, channels), U of u(t) = Re(U exp(2 pi i f t)), and what they and the mean leave, (n, channels).
 
-    Returns
-    -------
-    amplitudes : ndarray, complex, shape (k, channels)
-        U of u(t) = Re(U exp(2 pi i f t)), zero to peak.
-    residual : ndarray, shape (n, channels)
-        What the mean and the sines leave.
-
-    Notes
-    -----
     Normal equations with one step of refinement, which makes them as good as QR for sines that the time tells
     apart. Their matrix is known in closed form, and the basis is never stored: each sine is a rotation from sample to
     sample, all of them side by side in vector instructions. BLAS would cost a hundred times the arithmetic where its

@@ -8,7 +8,7 @@ from uuid import uuid4
 import numpy as np
 
 from .. import checks, parameters
-from ..results import Result
+from ..results import Result, frame
 from .formats import FORMATS
 from .lines import strongest_lines
 
@@ -121,11 +121,9 @@ class Record(Result):
 
     def table(self):
         """`pandas.DataFrame` of rms about the mean, mean and largest value of each channel and of z."""
-        import pandas as pd
-
         channels = self.channels | {"relative": self.relative}
         rows = [(name, c.std(), c.mean(), abs(c).max(), UNITS.get(name, "m")) for name, c in channels.items()]
-        return pd.DataFrame(rows, columns=["channel", "rms", "mean", "largest", "unit"]).set_index("channel")
+        return frame(rows, ["channel", "rms", "mean", "largest", "unit"], index="channel")
 
     def spectrum(self, channel, frequency):
         """Amplitudes of a channel's lines under a Hann window, its mean taken away.
@@ -160,12 +158,8 @@ class Record(Result):
     def strongest_line(self, channel, band):
         """Frequency (Hz) and amplitude (zero to peak) of the strongest single sine of a channel within a band.
 
-        Parameters
-        ----------
-        channel : str
-            One of `channels`, or "relative"; `ValueError` if there is no such channel.
-        band : pair of float
-            Where to look (Hz); the amplitude is 0 where it holds no frequency.
+        The channel is one of `channels`, or "relative"; the amplitude is 0 where the ``band`` (a pair in Hz) holds no
+        frequency.
         """
         return strongest_lines(self.time, self._signal(channel), band)[0]
 

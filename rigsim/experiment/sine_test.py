@@ -12,7 +12,7 @@ from ..campaign.run import join, run_chunks, split
 from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import CosineForce, Tap, TapForce
 from ..model.planar import pack
-from ..results import Result, Status
+from ..results import Result, Status, frame
 from .record import Record
 from .steady import HARMONICS, read_window
 
@@ -97,8 +97,6 @@ class SineTest(Result):
 
     def table(self):
         """`pandas.DataFrame` with a row per test."""
-        import pandas as pd
-
         columns = {
             "frequency [Hz]": self.frequency,
             "force [N]": self.force,
@@ -112,7 +110,7 @@ class SineTest(Result):
             "order": self.subharmonic[:, 1],
             "status": self.status,
         }
-        return pd.DataFrame(columns)
+        return frame(columns)
 
 
 def _range(values):

@@ -14,12 +14,8 @@ _LOWEST = 1.0  # Hz; slower lines are no better than the mean over a window of a
 def read_window(time, displacements, f):
     """Lines of one window of a sine test, over as many whole periods as it holds.
 
-    Parameters
-    ----------
-    time, displacements : ndarray, shapes (samples,) and (samples, 2)
-        s, evenly spaced; xs and x (m).
-    f : float
-        Frequency of the force (Hz); at least two periods in the window.
+    ``time`` (samples,) is evenly spaced (s), ``displacements`` (samples, 2) are xs and x (m), and ``f`` is the force's
+    frequency (Hz), at least two periods of which are in the window.
 
     Returns
     -------

@@ -192,26 +192,15 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
         doubts.append(f"{share} is folded from above half the sample rate: sample faster")
     doubts = _doubts(values, unexplained, doubts)
     h11, h21, h22 = fraction(frequency).T
+    fitted = np.stack([h11, h21, h21, h22], axis=1).reshape(-1, 2, 2)
+    nominal = None if record.parameters is None else record.parameters.oscillator
     return Identification(
-        singular_values=singular_values,
-        modes=_modes(model),
-        frequency=frequency,
-        extended_receptance=extended,
-        receptance=receptance,
-        fitted_receptance=np.stack([h11, h21, h21, h22], axis=1).reshape(-1, 2, 2),
-        fraction=fraction,
-        nonlinear_coefficient=coefficient,
-        k3=float(values[6]),
-        parameters=OscillatorParameters(*np.maximum(values, 0.0)),
-        misfit=misfit,
-        unexplained=unexplained,
-        state_space=model,
-        hold=record.hold,
-        conversion=conversion,
-        nominal=None if record.parameters is None else record.parameters.oscillator,
-        status=Status.DOUBTFUL if doubts else Status.IDENTIFIED,
-        message="; ".join(doubts),
-    )
+        singular_values=singular_values, modes=_modes(model), frequency=frequency, extended_receptance=extended,
+        receptance=receptance, fitted_receptance=fitted, fraction=fraction, nonlinear_coefficient=coefficient,
+        k3=float(values[6]), parameters=OscillatorParameters(*np.maximum(values, 0.0)), misfit=misfit,
+        unexplained=unexplained, state_space=model, hold=record.hold, conversion=conversion, nominal=nominal,
+        status=Status.DOUBTFUL if doubts else Status.IDENTIFIED, message="; ".join(doubts),
+    )  # fmt: skip
 
 
 def _checked_orders(order, block_rows, record):

@@ -28,23 +28,11 @@ def parameters_of_fraction(fraction):
 
 
 def fit_parameters(model, measured, weight, start):
-    """Fit parameters to complex functions of frequency.
+    """Fit parameters to complex functions of frequency, from ``start`` (6,) or (7,), in the order of `NAMES`, any sign.
 
-    Parameters
-    ----------
-    model : callable
-        From the values, shaped as ``start``, to what is measured.
-    measured, weight : ndarray
-        Complex; and what a unit of misfit counts for, shaped alike.
-    start : ndarray, shape (6,) or (7,)
-        First guess in the order of `NAMES`, of any sign.
-
-    Returns
-    -------
-    values : ndarray, shaped as ``start``
-        All but k3, which may have either sign, are kept from falling below zero.
-    misfit : float
-        Rms misfit over the rms of what is measured, both weighted.
+    ``model`` leads from the values to what is ``measured``, and ``weight``, shaped alike, is what a unit of misfit
+    counts for. Returns the values, of which all but k3 are kept from falling below zero, and the rms misfit over the
+    rms of what is measured, both weighted.
     """
     unit = np.where(start == 0, 1.0, np.abs(start))
     lower = np.array([1e-3, 1e-3, 0.0, 1e-3, 0.0, 0.0, -np.inf])[: start.size]  # masses and ks stay above zero

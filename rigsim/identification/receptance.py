@@ -35,16 +35,10 @@ class RationalFraction:
 
 
 def fit_rational_fraction(frequency, receptances, weights, numerator_orders, denominator_order):
-    """`RationalFraction` of receptances (n, r), complex, that share their poles.
+    """`RationalFraction` of receptances (n, r), complex, that share their poles, at ``frequency`` (n,) in Hz.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        Hz.
-    receptances, weights : ndarray, shape (n, r)
-        And w_r: what a unit of misfit counts for.
-    numerator_orders, denominator_order : sequence of int, length r, and int
-        Degree of each numerator, and of the common denominator: twice the number of modes.
+    ``weights`` (n, r) are the w_r, what a unit of misfit counts for; orders are the degrees of each of the r numerators
+    and of the common denominator, twice the number of modes.
     """
     top = 2 * np.pi * frequency.max()
     omega = 2 * np.pi * frequency / top

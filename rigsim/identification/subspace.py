@@ -51,22 +51,12 @@ class StateSpace:
 def identify_state_space(inputs, outputs, sample_rate, order, block_rows):
     """State-space model of ``order`` states that turns ``inputs`` into ``outputs``.
 
-    Constant offsets of any channel are projected out exactly, and come back as the
-    model's ``offset``. Poles outside the unit circle are mirrored into it.
+    The channels, (n, p) and (n, q), are sampled at ``sample_rate`` (Hz) and each varies; ``block_rows`` are those of
+    the past and of the future, at least one more than ``order / q``. Constant offsets of any channel are projected out
+    exactly, and come back as the model's ``offset``. Poles outside the unit circle are mirrored into it.
 
-    Parameters
-    ----------
-    inputs, outputs : ndarray, shapes (n, p) and (n, q)
-        Channels sampled at ``sample_rate`` (Hz); each must vary.
-    order, block_rows : int
-        Number of states; block rows of the past and of the future, at least one more than ``order / q``.
-
-    Returns
-    -------
-    StateSpace
-    singular_values : ndarray, shape (block_rows q,)
-        Of the projected future outputs, channels scaled to unit deviation: a jump after
-        the ``order``-th tells the order of the system.
+    Returns the `StateSpace` and the singular values (block_rows q,) of the projected future outputs, channels scaled to
+    unit deviation: a jump after the ``order``-th tells the order of the system.
     """
     p, q = inputs.shape[1], outputs.shape[1]
     channels = np.hstack([inputs, outputs])

@@ -112,9 +112,7 @@ class Motion:
     shaker: np.ndarray  # xs (m)
     mass: np.ndarray  # x of P (m)
     tilt: np.ndarray  # rad
-    parted: (
-        np.ndarray
-    )  # shape (n,): when the rig flew apart or tilted past its wires' reach (s), else NaN; held from then
+    parted: np.ndarray  # (n,): when the rig flew apart or tilted past its wires' reach (s), else NaN; held from then
 
 
 def check_step(parameters, step):

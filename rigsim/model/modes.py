@@ -6,7 +6,7 @@ import numpy as np
 import scipy.linalg
 import scipy.optimize
 
-from ..results import Result
+from ..results import Result, frame
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -42,10 +42,8 @@ class Modes(Result):
 
     def table(self):
         """`pandas.DataFrame` with a row per mode."""
-        import pandas as pd
-
-        columns = {"frequency [Hz]": self.frequency, "damping ratio": self.damping}
-        return pd.DataFrame(columns, index=pd.Index(self.names, name="mode"))
+        columns = {"mode": self.names, "frequency [Hz]": self.frequency, "damping ratio": self.damping}
+        return frame(columns, index="mode")
 
 
 def largest_to_one(shape):
@@ -56,17 +54,8 @@ def largest_to_one(shape):
 def modes_of(mass, damping, stiffness, names):
     """`Modes` of the quadratic eigenvalue problem, named by where their kinetic energy is.
 
-    Parameters
-    ----------
-    mass, damping, stiffness : ndarray, shape (n, n)
-        SI units; the mass matrix is positive definite.
-    names : sequence of str
-        A name for each coordinate.
-
-    Raises
-    ------
-    ValueError
-        If the equilibrium is unstable or a mode does not oscillate (overdamped).
+    The matrices are (n, n) in SI units, ``mass`` positive definite, and ``names`` one for each coordinate. `ValueError`
+    if the equilibrium is unstable or a mode does not oscillate (overdamped).
     """
     n = len(mass)
     # Symmetric scaling by the modal mass keeps metres and radians comparable.

@@ -15,7 +15,7 @@ import numpy as np
 from .. import checks
 from ..compiled import compiled
 from ..parameters import RigParameters
-from ..results import Result
+from ..results import Result, frame
 from .modes import largest_to_one, modes_of
 
 RIG = np.dtype([(name, float) for name in (
@@ -220,25 +220,11 @@ class StaticEquilibrium(Result):
     def sweep(self, points=25):
         """How rigs like this one hang, on one wire set and on two, over their wires' stretch and their mass's offset.
 
-        Parameters
-        ----------
-        points : int
-            Rigs a sweep.
-
-        Returns
-        -------
-        pandas.DataFrame
-            A row a rig: "over" (None for the rig itself, "stretch" d - d0, "offset" LG), "sets", "value [m]",
-            "tilt [deg]" without its sign, and the "lower [Hz]" and "upper [Hz]" of the two frequencies at which the
-            mass rocks and bounces; NaN where there is no stable equilibrium or the rig cannot be built.
-
-        Raises
-        ------
-        ValueError
-            If ``points`` is not a whole number of at least 2.
+        A `pandas.DataFrame` with a row a rig, ``points`` a sweep (at least 2): "over" (None for the rig itself,
+        "stretch" d - d0, "offset" LG), "sets", "value [m]", "tilt [deg]" without its sign, and the "lower [Hz]" and
+        "upper [Hz]" of the two frequencies at which the mass rocks and bounces; NaN where there is no stable
+        equilibrium or the rig cannot be built.
         """
-        import pandas as pd
-
         p, points = self.parameters, checks.integer("points", points, low=2)
         changes = [(None, np.nan, {})]
         lowest = min(0.1, (p.d - p.d0) / 3e-6 or 0.1)
@@ -249,7 +235,7 @@ class StaticEquilibrium(Result):
             for rig in (p.single_set(), p.double_set())
             for over, value, change in changes
         ]
-        return pd.DataFrame(rows, columns=["over", "sets", "value [m]", "tilt [deg]", "lower [Hz]", "upper [Hz]"])
+        return frame(rows, ["over", "sets", "value [m]", "tilt [deg]", "lower [Hz]", "upper [Hz]"])
 
 
 def _hangs(parameters, changes):

@@ -43,27 +43,10 @@ def spring_of(parameters, law=None, stiffness=1.0, length=1.0):
 
 
 def suspension_force(z, parameters, law=None):
-    """Restoring force of all wires on the suspended mass, pulled straight along the axis.
+    """Restoring force (N), of the shape and sign of z, of all wires on the suspended mass, straight along the axis.
 
-    Parameters
-    ----------
-    z : array_like, shape (...,)
-        Relative displacement xs - x (m).
-    parameters : RigParameters or OscillatorParameters
-    law : {"exact", "cubic"}, optional
-        Eq. (1), sum(k) z (1 - d0/sqrt(z^2 + d^2)), the default for a rig; or Eq. (2), k1 z + k3 z^3, the only one
-        without wires.
-
-    Returns
-    -------
-    ndarray, shape (...,)
-        Force (N), with the sign of z.
-
-    Raises
-    ------
-    ValueError
-        If the law is unknown, z is not finite, the exact law is asked of a set without wires, or ``parameters``
-        is of neither kind.
+    ``z`` is the relative displacement xs - x (m). The ``law`` is "exact", Eq. (1), sum(k) z (1 - d0/sqrt(z^2 + d^2)),
+    the default for a rig; or "cubic", Eq. (2), k1 z + k3 z^3, the only one without wires.
     """
     return axial_force(spring_of(parameters, law), _displacement(z))
 

@@ -9,15 +9,9 @@ import numpy as np
 def write(path, details, channels):
     """Write every digit of every channel but the time, which the sample rate gives."""
     names = [name for name in channels if name != "time"]
+    values = np.column_stack([channels[name] for name in names])
     header = f"# {json.dumps(details)}\n{','.join(names)}"
-    np.savetxt(
-        path,
-        np.column_stack([channels[name] for name in names]),
-        fmt="%.17g",
-        delimiter=",",
-        header=header,
-        comments="",
-    )
+    np.savetxt(path, values, fmt="%.17g", delimiter=",", header=header, comments="")
 
 
 def read(path):
