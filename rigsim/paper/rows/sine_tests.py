@@ -23,8 +23,8 @@ def _share(e, began, branch, where):
     told = f"at {reached.sum()} of {reached.size} frequencies"
     if not reached.all():
         lost = reached.index[~reached]
-        several = f"{lost.size} from {lost[0]:g} to {lost[-1]:g}"
-        told += f"; not at {several if lost.size > 1 else format(lost[0], 'g')} Hz"
+        which = f"{lost[0]:g}" if lost.size == 1 else f"{lost.size} from {lost[0]:g} to {lost[-1]:g}"
+        told += f"; not at {which} Hz"
     return True if reached.all() else "partly" if reached.mean() > 0.5 else False, told
 
 
