@@ -177,7 +177,7 @@ def distance(x, other):
 
 
 @compiled
-def _breaking_rows(size, parity):
+def breaking_rows(size, parity):
     """Unknowns, all lines kept, that belong to the even lines and the mean (parity 0) or to the odd ones (1)."""
     rows = [0 for _ in range(1 - parity)]
     for k in range(2 - parity, (size - 2) // 2 + 1, 2):
@@ -225,7 +225,7 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
             moved -= step * along
             good = turn < _TURN and math.sqrt(_dot(moved, moved, sizes)) < 0.3 * step
             if good and parity >= 0 and count > 1:
-                rows = _breaking_rows(n, parity)
+                rows = breaking_rows(n, parity)
                 if _product(new, here, rows) < 0.0 or _product(new, new, rows) < 1e-12 * sizes[0] ** 2:
                     return points[:count].copy(), tangents[:count].copy(), crossed, MIRROR
             good = good and (sign == orientation or step <= _CROSSING)
@@ -367,7 +367,7 @@ def breaking_sign(numbers, law, period, orders, cosine, sine, x, parity):
     Where it changes along a curve of such orbits, a curve of orbits that do have these lines branches off: parity 0
     where symmetry breaks, parity 1 (over two forcing periods) where the period doubles.
     """
-    rows = _breaking_rows(x.size, parity)
+    rows = breaking_rows(x.size, parity)
     block = _breaking_block(numbers, law, period, orders, cosine, sine, x, rows)
     return _solve(block, np.empty((rows.size, 0)))
 
@@ -387,7 +387,7 @@ def breaking_direction(numbers, law, period, orders, cosine, sine, x, parity):
 
     By inverse iteration: that block of the Jacobian is all but singular there.
     """
-    rows = _breaking_rows(x.size, parity)
+    rows = breaking_rows(x.size, parity)
     block = _breaking_block(numbers, law, period, orders, cosine, sine, x, rows)
     vector = np.ones((rows.size, 1))
     for _ in range(6):

@@ -47,12 +47,12 @@ class Balance:
         Highest line kept, in multiples of the forcing frequency over ``period``.
     orders : (k,) array of int
         Lines kept: 0, 1, 2, ... or 1, 3, 5, ...
-    numbers : (4,) array
-        mu, zeta_s, zeta, and 0; or the Omega at which the force is the last unknown, see `at`.
-    law : (4,) array
-        `rigsim.model.wires.spring_of` the wires over m omega_s^2 and x0.
     cosine, sine : (samples, 2 harmonics + 1) array
         Of k theta at the samples of a period, or of half a period if only odd lines are kept.
+    numbers : (5,) array
+        mu, zeta_s, zeta; 0, or the Omega at which the force is the last unknown, see `at`; the force over ``force``.
+    law : (4,) array
+        `rigsim.model.wires.spring_of` the wires over m omega_s^2 and x0.
     """
 
     parameters: OscillatorParameters
@@ -60,10 +60,10 @@ class Balance:
     period: int
     harmonics: int
     orders: np.ndarray
-    numbers: np.ndarray
-    law: np.ndarray
     cosine: np.ndarray
     sine: np.ndarray
+    numbers: np.ndarray
+    law: np.ndarray
 
     @property
     def system(self):
@@ -81,21 +81,45 @@ class Balance:
         numbers[3] = frequency / self.hertz
         return replace(self, numbers=numbers)
 
+    def at_force(self, share):
+        """The same equations at ``share`` times the force."""
+        numbers = self.numbers.copy()
+        numbers[4] = share
+        return replace(self, numbers=numbers)
+
+    def with_harmonics(self, harmonics):
+        """The same equations with another number of harmonics, multiples of the forcing frequency."""
+        names = "harmonics", "orders", "cosine", "sine"
+        lines = _lines(self.law, self.period, harmonics, self.orders[0] != 0)
+        return replace(self, **dict(zip(names, lines, strict=True)))
+
     def widened(self, fewer, x):
-        """Unknowns (n,) of these equations from those ``x`` of ``fewer``, which keep odd lines only."""
-        result = np.zeros(self.size + 1)
-        result[-1] = x[-1]
-        result[2 * fewer.orders - 1], result[2 * fewer.orders] = x[:-1:2], x[1::2]
+        """Unknowns (..., n) of these equations from those ``x`` of ``fewer``, of fewer lines or half the period."""
+        result = np.zeros((*x.shape[:-1], self.size + 1))
+        result[..., -1] = x[..., -1]
+        start = int(fewer.orders[0] == 0)
+        result[..., :start] = x[..., :start]
+        k = fewer.orders[start:] * (self.period // fewer.period)
+        result[..., 2 * k - 1], result[..., 2 * k] = x[..., start:-1:2], x[..., start + 1 : -1 : 2]
         return result
 
-    def mirrored(self, x):
-        """Unknowns (n,) of an orbit's mirror image -w(theta + pi), all lines kept: even ones change their sign."""
-        result = x.copy()
-        result[0] *= -1
-        even = np.arange(2, self.harmonics + 1, 2)
-        result[2 * even - 1] *= -1
-        result[2 * even] *= -1
-        return result
+    def images(self, x):
+        """Unknowns, or a point of the sheet, (n,) of the same motion begun later by half a forcing period and mirrored.
+
+        Both laws are odd, so these solve the same equations: ``2 period`` of them, itself first; one if only odd lines
+        are kept.
+        """
+        if self.orders[0] != 0:
+            return [x]
+        found = []
+        k = self.orders[1:]
+        for j in range(2 * self.period):
+            turned = x.copy()
+            turned[0] *= (-1) ** j
+            lines = (x[1 : self.size : 2] - 1j * x[2 : self.size : 2]) * (-1) ** j * np.exp(1j * np.pi * j * k / self.period)
+            turned[1 : self.size : 2], turned[2 : self.size : 2] = lines.real, -lines.imag
+            found.append(turned)
+        return found
 
     @property
     def unit(self):
@@ -123,10 +147,10 @@ class Balance:
         if start:
             W[:, 0] = points[:, 0]
         W[:, self.orders[start:]] = points[:, start:-1:2] - 1j * points[:, start + 1 : -1 : 2]
-        mu, zeta_s, _, _ = self.numbers
+        mu, zeta_s = self.numbers[:2]
         s = Omega[:, None] / self.period * np.arange(self.harmonics + 1)
         drive = np.zeros(self.harmonics + 1)
-        drive[self.period] = 1
+        drive[self.period] = self.numbers[4]
         Y = (drive - mu * s**2 * W) / (1 - (1 + mu) * s**2 + 2j * zeta_s * s)
         return Omega * self.hertz, self.unit * Y, self.unit * (Y - W), self.unit * W
 
@@ -149,23 +173,19 @@ def balance(parameters, force, harmonics, law, period=1, symmetric=False):
     if oscillator.cs == 0:
         raise ValueError("cs = 0 N s/m is not allowed here; expected a damped shaker, for else solutions have no bound")
     group = oscillator.nondimensional(force)
+    spring = np.array(spring_of(parameters, law, oscillator.m * oscillator.omega_s**2, force / oscillator.ks))
+    numbers = np.array([group.mu, group.zeta_s, group.zeta, 0.0, 1.0])
+    return Balance(oscillator, force, period, *_lines(spring, period, harmonics, symmetric), numbers, spring)
+
+
+def _lines(spring, period, harmonics, symmetric):
+    """The last four of a `Balance`: lines kept, and cosines and sines at the samples."""
     lines = period * harmonics
-    samples = (4 if law == "cubic" else 6) * (lines + 1)
-    spring = spring_of(parameters, law, oscillator.m * oscillator.omega_s**2, force / oscillator.ks)
+    samples = (4 if spring[0] == 0 else 6) * (lines + 1)
     phase = 2 * np.pi / samples * (np.outer(np.arange(samples), np.arange(2 * lines + 1)) % samples)
     if symmetric:
         phase = phase[: samples // 2]
-    return Balance(
-        oscillator,
-        force,
-        period,
-        lines,
-        np.arange(1, lines + 1, 2) if symmetric else np.arange(lines + 1),
-        np.array([group.mu, group.zeta_s, group.zeta, 0.0]),
-        np.array(spring),
-        np.cos(phase),
-        np.sin(phase),
-    )
+    return lines, np.arange(1, lines + 1, 2) if symmetric else np.arange(lines + 1), np.cos(phase), np.sin(phase)
 
 
 @compiled
@@ -200,7 +220,7 @@ def residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, r
     mu, zeta_s, zeta = numbers[0], numbers[1], numbers[2]
     sliced = numbers[3] > 0.0
     Omega = numbers[3] if sliced else x[x.size - 1]
-    share = x[x.size - 1] if sliced else 1.0
+    share = x[x.size - 1] if sliced else numbers[4]
     h = cosine.shape[1] // 2
     A, B, force_a, force_b = work[0], work[1], work[2, : h + 1], work[3, : h + 1]
     force_lines(law, orders, cosine, sine, x, A, B, force_a, force_b)
@@ -241,8 +261,8 @@ def residual_and_jacobian(numbers, law, period, orders, cosine, sine, x, work, r
             change = -(2.0 * sigma - sigma * sigma * dD / D) / D
             residual[c] -= share * drive.real
             residual[s] += share * drive.imag
-            along_c -= change.real
-            along_s += change.imag
+            along_c -= share * change.real
+            along_s += share * change.imag
         if not sliced:
             jacobian[c, last] = rate * along_c
             jacobian[s, last] = rate * along_s

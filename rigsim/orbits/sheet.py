@@ -1,27 +1,29 @@
-"""The response sheet at single frequencies: what a rig does there at every force, found from rest and untold.
+"""The response sheet explored: every motion of a rig over frequency and force, found from rest and untold.
 
 With the force left unknown, the balance equations at one frequency hold along lines in (coefficients, F): a *slice*
-through the surface of all motions, of which the response at one force is a contour line. The line that begins at rest
-is followed by arc length through every fold, to a ceiling well above the force wanted; wherever the determinant over
-the even lines changes its sign along it, a line of asymmetric motions branches off, and is followed likewise. Each
-passage of the wanted force is an orbit of a curve over frequency, also of one that single-term theory does not know.
+of the surface of all motions, of which the response at one force is a contour line. In each slice the line that
+begins at rest is followed by arc length through every fold, to a ceiling above the force wanted. Wherever the
+determinant over the even lines changes its sign along it, a line of asymmetric motions branches off, and is followed
+likewise; and from those the lines of motions of twice the period, if asked for.
 
-A closed curve that lies between two slices surrounds a place where F is stationary on the surface, so an extremum
-over frequency of F along a fold line. At a fold the slope dF/dOmega follows from the left null vector of the Jacobian;
-two neighbouring slices are halved as long as the tangents to a fold line between them leave room for the wanted force,
-or as long as the slices differ in how many folds they have.
+Every fold, and every place where a line branches off, then starts a *locus* over frequency and force (see
+`rigsim.orbits.loci`), followed far beyond the band and the force. A closed curve of the response at one force turns
+back in frequency twice at least, and it does so only where a fold locus passes that force. So curves between two
+slices, however small, are found from there, and need no slice.
 
-What this covers: all that is connected with rest, at the frequencies of the slices, below the ceiling. Motions that
-hang on nothing, as those of period three do, are not among them.
+What this covers: all that is connected with rest over frequency and force together, as far as a slice meets its folds
+or branchings. Motions that hang on nothing, as those of period three do, are not among them; see
+`rigsim.orbits.subharmonics`.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..theory.cubic import dynamic_stiffness, fold_levels
 from .continuation import (
+    CLOSED,
     MIRROR,
     advance,
     breaking_direction,
@@ -32,17 +34,19 @@ from .continuation import (
     trace,
     unit_tangent,
 )
-from .harmonic_balance import residual
+from .harmonic_balance import balance
+from .loci import BREAKING, DOUBLING, FOLD, Locus, Sheet, apart, locus
 
-_SLICES = 24  # over a band, to begin with
-_HALVINGS = 6  # of an interval between two of them
-_START = 1e-3  # of the wanted force, where a slice begins as the linear response
-_CEILING = 3.0  # times the wanted force, and at least as often the upper fold level of single-term theory
+SLICES = 24  # over a band
+_BEYOND = 2.0  # loci are followed to this many times the band's upper end, and to its lower end over that
+_START = 1e-3  # of the force wanted, where a slice begins as the linear response
+_CEILING = 3.0  # times the force wanted, and at least as often the upper fold level of single-term theory
+_HIGHEST = 30.0  # times the force wanted, beyond which no slice is followed
+_LOCUS_CEILING = 10.0  # the same for loci
 _LONGEST = 0.1  # relative length of a step
-_NEAR = 0.3  # of ln F: how near to the wanted force a fold must be to make slices that differ worth halving
-_HIGHEST = 30.0  # times the wanted force, beyond which upper fold levels are not followed
-_ROOM = 5_000  # orbits a line may have
-_OFF = 0.03  # relative length of the first step off a symmetric line
+_ROOM = 5_000  # motions a line may have
+_OFF = 0.03  # relative length of the first step off a line that another one leaves
+_SAME = 1e-4  # relative distance of one fold found twice
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,172 +57,219 @@ class Line:
     ----------
     points, tangents : (k, n) array
         Unknowns of the `Balance` at the frequency, the last one F over the wanted force; and the unit tangents.
-    folds : tuple of (float, float)
-        F over the wanted force at each fold in the order of the line, and its slope over frequency (1/Hz) along the
-        fold line.
     """
 
     points: np.ndarray
     tangents: np.ndarray
-    folds: tuple
 
 
 @dataclass(frozen=True, eq=False)
-class Slice:
-    """Every motion found at one frequency (Hz): the line from rest, and the asymmetric ones that branch off it."""
+class Exploration:
+    """What was found over a band and up to a force; levels are 0 symmetric, 1 asymmetric, 2 of period two.
 
-    frequency: float
-    symmetric: Line
-    asymmetric: tuple
-
-    @property
-    def lines(self):
-        """All lines, that from rest first."""
-        return (self.symmetric, *self.asymmetric)
-
-
-def slice_at(symmetric, full, frequency, ceiling):
-    """The `Slice` at a frequency (Hz), up to ``ceiling`` times the wanted force.
-
-    Parameters
+    Attributes
     ----------
-    symmetric, full : Balance
-        At the wanted force, with odd lines only and with every line.
+    sheets : tuple of Sheet
+        One a level.
+    band : (float, float)
+        Hz.
+    frequencies : list of float
+        Of the slices (Hz).
+    lines : list of list of (float, Line)
+        For each level its lines, and the frequency (Hz) of each.
+    loci : list of list of Locus
+        For each level.
     """
-    odd, every = symmetric.at(frequency), full.at(frequency)
-    x = np.full(odd.size + 1, 1e-3 * _START)  # not zero, since lengths are relative
-    good, _, tangent = correct_at(*odd.system, x, _START, 60, np.inf)
+
+    sheets: tuple
+    band: tuple
+    frequencies: list
+    lines: list = field(default_factory=list)
+    loci: list = field(default_factory=list)
+
+    def add_locus(self, level, kind, y):
+        """Follow the locus through the point y, unless it is known."""
+        if not any(known.kind == kind and known.holds(y) for known in self.loci[level]):
+            low, high = (f / self.sheets[0].equations.hertz for f in self.band)
+            inside = lambda y: low / _BEYOND < y[-2] < high * _BEYOND and y[-1] < _LOCUS_CEILING  # noqa: E731
+            self.loci[level].append(locus(self.sheets[level], kind, y, inside))
+
+    def folds(self, level, share):
+        """Points (m + 2,) of a level at which the response at ``share`` times the force turns back in frequency."""
+        return [y for known in self.loci[level] if known.kind == FOLD for y in known.passing(-1, share)]
+
+    def passages(self, level, share):
+        """Orbits, unknowns of the level's `Balance`, where its lines pass ``share`` times the force."""
+        found, equations = [], self.sheets[level].equations
+        for frequency, line in self.lines[level]:
+            F = line.points[:, -1] - share
+            for i in np.flatnonzero(F[:-1] * F[1:] <= 0):
+                part = F[i] / (F[i] - F[i + 1])
+                x = line.points[i] + part * (line.points[i + 1] - line.points[i])
+                good, _, _ = correct_at(*equations.at(frequency).system, x, share, 20, 0.3)
+                if good:
+                    found.append(np.append(x[:-1], frequency / equations.hertz))
+        return found
+
+
+def sheets_of(parameters, force, harmonics, law, levels=2):
+    """The first two or three `Sheet`: symmetric, asymmetric, of period two."""
+    equations = [
+        balance(parameters, force, harmonics, law, *how) for how in ((1, True), (1, False), (2, False))[:levels]
+    ]
+    return tuple(Sheet(one, wider) for one, wider in zip(equations, [*equations[1:], None], strict=True))
+
+
+def explored(sheets, band, branchings=False, report=None):
+    """The `Exploration` of some `Sheet` over a band (Hz), up to the force of their equations and beyond.
+
+    ``branchings``: whether loci are followed where lines branch off, too, which no curve needs.
+    """
+    frequencies = np.geomspace(*band, SLICES).tolist()
+    found = Exploration(sheets, band, frequencies, [[] for _ in sheets], [[] for _ in sheets])
+    for number, frequency in enumerate(frequencies):
+        _explore_slice(found, frequency, branchings)
+        if report:
+            report(number + 1)
+    for edge in (frequencies[0], frequencies[-1]):
+        _close_loops(found, edge)
+    return found
+
+
+def _explore_slice(found, frequency, branchings):
+    ceiling = _ceiling(found.sheets[0].equations, frequency)
+    lines = _from_rest(found.sheets[0].equations.at(frequency), ceiling)
+    for level, sheet in enumerate(found.sheets):
+        places = []
+        for line in lines:
+            found.lines[level].append((frequency, line))
+            for x in _folds(sheet.equations.at(frequency), line):
+                found.add_locus(level, FOLD, _point(sheet.equations, frequency, x))
+            if sheet.wider:
+                places += _branchings(sheet, level, frequency, line)
+        kind = (BREAKING, DOUBLING)[min(level, 1)]
+        for place in places if branchings else ():
+            found.add_locus(level, kind, _point(sheet.equations, frequency, place))
+        if level + 1 < len(found.sheets):
+            lines = list(_leaving(sheet, level, frequency, places, ceiling))
+
+
+def _point(equations, frequency, x):
+    return np.append(x[: equations.size], [frequency / equations.hertz, x[-1]])
+
+
+def _from_rest(equations, ceiling):
+    x = np.full(equations.size + 1, 1e-3 * _START)  # not zero, since lengths are relative
+    good, _, tangent = correct_at(*equations.system, x, _START, 60, np.inf)
     if not good:
-        return Slice(frequency, Line(x[None], x[None], ()), ())
+        return []
     tangent *= math.copysign(1.0, tangent[-1])
-    points, tangents, _, _ = trace(*odd.system, x, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, -1)
-    rest = _line(odd, points, tangents)
-    return Slice(frequency, rest, tuple(_branching_lines(odd, every, points, ceiling)))
+    points, tangents, _, _ = trace(*equations.system, x, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, -1)
+    return [Line(points, tangents)]
 
 
-def _line(equations, points, tangents):
-    turning = np.flatnonzero(tangents[:-1, -1] * tangents[1:, -1] < 0)
-    found = []
-    for i in turning:
+def _folds(equations, line):
+    points, tangents = line.points, line.tangents
+    for i in np.flatnonzero(tangents[:-1, -1] * tangents[1:, -1] < 0):
         good, x, _ = locate_fold(*equations.system, points[i], tangents[i], distance(points[i + 1], points[i]))
-        found.append((float(x[-1]), _slope(equations, x)) if good else (float(points[i, -1]), math.nan))
-    return Line(points, tangents, tuple(found))
+        if good:
+            yield x
 
 
-def _slope(equations, x):
-    """dF/df (1/Hz) along the fold line through the fold x, F over the wanted force."""
-    _, jacobian = residual(equations.system, x)
-    null = np.linalg.svd(jacobian[:, :-1])[0][:, -1]
-    Omega, step = equations.numbers[3], 1e-6
-    ahead, behind = (
-        residual(equations.at(f * equations.hertz).system, x)[0] for f in (Omega * (1 + step), Omega * (1 - step))
-    )
-    return float(-null @ (ahead - behind) / (2 * step * Omega) / (null @ jacobian[:, -1])) / equations.hertz
+def _branchings(sheet, level, frequency, line):
+    """Motions on a line, unknowns of its own equations, at which lines of the next level leave it."""
+    one, wider = sheet.equations.at(frequency), sheet.wider.at(frequency)
+    parity = min(level, 1)
+    signs = breaking_signs(*wider.system, wider.widened(one, line.points), parity)
+    return [branching(one, wider, *line.points[i : i + 2], signs[i], parity) for i in np.flatnonzero(np.diff(signs))]
 
 
-def _branching_lines(odd, every, points, ceiling):
-    """Lines of asymmetric motions that leave the symmetric one below the ceiling; of a pair of mirror images one."""
-    whole = np.array([every.widened(odd, x) for x in points])
-    signs = breaking_signs(*every.system, whole, 0)
-    places = [_breaking_point(odd, every, points[i], points[i + 1], signs[i]) for i in np.flatnonzero(np.diff(signs))]
+def branching(one, wider, start, end, sign, parity):
+    """The motion of ``one`` between two of a line at which the `breaking_sign` among ``wider`` changes; by bisection."""
+    length = distance(end, start)
+    chord = (end - start) / length
+    left, right = 0.0, length
+    while right - left > 1e-12:
+        middle = 0.5 * (left + right)
+        _, _, x, _ = advance(*one.system, start, chord, middle)
+        same = breaking_signs(*wider.system, wider.widened(one, x)[None], parity)[0] == sign
+        left, right = (middle, right) if same else (left, middle)
+    return x
+
+
+def _leaving(sheet, level, frequency, places, ceiling):
+    """Lines of the next level that leave at some places; of a pair of mirror images one."""
+    wider, parity = sheet.wider.at(frequency), min(level, 1)
+    places = [wider.widened(sheet.equations, place) for place in places]
+    for points, tangents, _ in leaving(wider, places, parity, (0.1 * _START, ceiling), _LONGEST, _ROOM):
+        yield Line(points, tangents)
+
+
+def leaving(equations, places, parity, reach, longest, room):
+    """Lines of motions that leave others at ``places``, unknowns of ``equations``, each traced from there.
+
+    Those that end at another of the places have it for their last point, and are not traced from there again.
+
+    Yields
+    ------
+    tuple of ((k, n) array, (k, n) array, int)
+        Points, tangents, and why it ends.
+    """
     used = set()
     for number, place in enumerate(places):
         if number in used:
             continue
-        direction = breaking_direction(*every.system, place, 0)
+        direction = breaking_direction(*equations.system, place, parity)
         for step in (_OFF, 0.3 * _OFF, 0.1 * _OFF):
-            sign, _, first, tangent = advance(*every.system, place, direction, step)
-            if sign != 0 and first[-1] < ceiling and distance(first, place) < 3 * step:
+            sign, _, first, tangent = advance(*equations.system, place, direction, step)
+            if sign != 0 and reach[0] < first[-1] < reach[1] and distance(first, place) < 3 * step:
                 break
         else:
-            continue
-        line, tangents, _, code = trace(*every.system, first, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, 0)
+            continue  # they leave what is followed at once
+        points, tangents, _, code = trace(*equations.system, first, tangent, *reach, longest, room, parity)
+        points = np.concatenate([place[None], points])
+        tangents = np.concatenate([unit_tangent(place, direction)[None], tangents])
         if code == MIRROR:
-            used.add(min(range(len(places)), key=lambda i, end=line[-1]: distance(places[i], end)))
-        yield _line(
-            every,
-            np.concatenate([place[None], line]),
-            np.concatenate([unit_tangent(place, direction)[None], tangents]),
-        )
+            last = min(range(len(places)), key=lambda i: distance(places[i], points[-1]))
+            used.add(last)
+            inwards = breaking_direction(*equations.system, places[last], parity)
+            inwards *= np.sign(np.dot(inwards, points[-1] - points[-2]))
+            points = np.concatenate([points, places[last][None]])
+            tangents = np.concatenate([tangents, inwards[None]])
+        yield points, tangents, code
 
 
-def _breaking_point(odd, every, start, end, sign):
-    length = distance(end, start)
-    chord = (end - start) / length
-    left, right = 0.0, length
-    while right - left > 1e-9:
-        middle = 0.5 * (left + right)
-        _, _, x, _ = advance(*odd.system, start, chord, middle)
-        x = every.widened(odd, x)
-        left, right = (middle, right) if breaking_signs(*every.system, x[None], 0)[0] == sign else (left, middle)
-    return x
-
-
-def slices(symmetric, full, low, high):
-    """Slices from ``low`` to ``high`` (Hz), so close that every curve at the wanted force passes one.
-
-    Returns
-    -------
-    list of Slice
-        Ascending in frequency.
-    """
-    cut = lambda f: slice_at(symmetric, full, f, _ceiling(symmetric, f))  # noqa: E731
-    first = [cut(float(f)) for f in np.geomspace(low, high, _SLICES)]
-    result = first[:1]
-    for right in first[1:]:
-        result += _halved(cut, result[-1], right, _HALVINGS)
-    return result
-
-
-def _halved(cut, left, right, halvings):
-    """Slices between two neighbours (without the left one), halved where something may hide between them."""
-    if halvings == 0 or not _may_hide(left, right):
-        return [right]
-    middle = cut(math.sqrt(left.frequency * right.frequency))
-    return _halved(cut, left, middle, halvings - 1) + _halved(cut, middle, right, halvings - 1)
-
-
-def _may_hide(left, right):
-    """Whether a closed curve at the wanted force, F = 1, may lie between two slices and pass neither."""
-    alike = len(left.lines) == len(right.lines)
-    width = right.frequency - left.frequency
-    for one, other in zip(left.lines, right.lines, strict=False):
-        if len(one.folds) != len(other.folds):
-            alike = False
-            continue
-        for (F, slope), (G, rise) in zip(one.folds, other.folds, strict=True):
-            if (F - 1) * (G - 1) <= 0 or not slope * rise < 0:
+def _close_loops(found, frequency):
+    """Add lines that are closed within the slice at a frequency, so not connected with rest there: fold loci tell."""
+    for level, sheet in enumerate(found.sheets):
+        at = sheet.equations.at(frequency)
+        known = [line for f, line in found.lines[level] if f == frequency]
+        folds = [_point(sheet.equations, frequency, x) for line in known for x in _folds(at, line)]
+        for y in [y for one in found.loci[level] if one.kind == FOLD for y in one.passing(-2, frequency / at.hertz)]:
+            if not 0.1 * _START < y[-1] < _HIGHEST or any(apart(y, other) < _SAME for other in folds):
                 continue
-            # The tangents at both ends meet where an extremum between them cannot lie beyond.
-            meet = (G - F - rise * width) / (slope - rise)
-            if 0 < meet < width and (F + slope * meet - 1) * (F - 1) <= 0:
-                return True
-    return not alike and any(
-        abs(math.log(F)) < _NEAR for at in (left, right) for line in at.lines for F, _ in line.folds
-    )
+            x = np.append(y[:-2], y[-1])
+            along = np.append(np.linalg.svd(sheet.at(y)[1][:, :-2])[2][-1], 0.0)
+            points, tangents, _, code = trace(
+                *at.system, x, unit_tangent(x, along), 0.1 * _START, _HIGHEST, _LONGEST, _ROOM, -1
+            )
+            if code != CLOSED:
+                back, others, _, _ = trace(
+                    *at.system, x, -unit_tangent(x, along), 0.1 * _START, _HIGHEST, _LONGEST, _ROOM, -1
+                )
+                points, tangents = np.concatenate([back[:0:-1], points]), np.concatenate([-others[:0:-1], tangents])
+            line = Line(points, tangents)
+            found.lines[level].append((frequency, line))
+            folds += [_point(sheet.equations, frequency, x) for x in _folds(at, line)]
+            folds.append(y)
 
 
-def _ceiling(symmetric, frequency):
+def _ceiling(equations, frequency):
     """Force over the wanted one to which the slice at a frequency (Hz) is followed."""
-    group = symmetric.parameters.nondimensional(symmetric.force)
-    r, s, e = dynamic_stiffness(group.mu, group.zeta_s, group.zeta, group.Omega0, (frequency / symmetric.hertz) ** 2)
+    group = equations.parameters.nondimensional(equations.force)
+    X = (frequency / equations.hertz) ** 2
+    r, s, e = dynamic_stiffness(group.mu, group.zeta_s, group.zeta, group.Omega0, X)
     if group.gamma == 0 or r >= -math.sqrt(3) * s:
         return _CEILING
-    upper = 4 / 3 * e / (frequency / symmetric.hertz) ** 4 * fold_levels(r, s)[1]
-    return _CEILING * max(1.0, min(math.sqrt(upper / group.gamma), _HIGHEST))
-
-
-def passages(equations, slices, kind):
-    """Orbits (k, n) of ``equations`` where lines of a ``kind``, "symmetric" or "asymmetric", pass the wanted force."""
-    found = []
-    for cut in slices:
-        at = equations.at(cut.frequency)
-        for line in [cut.symmetric] if kind == "symmetric" else cut.asymmetric:
-            F = line.points[:, -1] - 1
-            for i in np.flatnonzero(F[:-1] * F[1:] <= 0):
-                share = F[i] / (F[i] - F[i + 1])
-                x = line.points[i] + share * (line.points[i + 1] - line.points[i])
-                good, _, _ = correct_at(*at.system, x, 1.0, 20, 0.3)
-                if good:
-                    found.append(np.append(x[:-1], cut.frequency / equations.hertz))
-    return found
+    upper = 4 / 3 * e / X**2 * fold_levels(r, s)[1]
+    return _CEILING * max(1.0, min(math.sqrt(upper / group.gamma), _HIGHEST / _CEILING))

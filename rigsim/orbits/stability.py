@@ -239,10 +239,10 @@ def hill_multipliers(equations, points):
 
 
 _PAIRS = np.triu_indices(4, 1)
-_IMAGINARY = 1e-4  # of a multiplier on the unit circle that belongs to a pair, not to two real ones
+IMAGINARY = 1e-4  # of a multiplier on the unit circle that belongs to a pair, not to two real ones
 
 
-def _test_values(equations, points):
+def test_values(equations, points):
     """(k, 2): functions of the polynomial that vanish where a real multiplier, or the product of two, passes 1.
 
     The first belongs to symmetry breaking (half the period), or to period doubling.
@@ -276,7 +276,7 @@ def stability_changes(equations, points, folds):
         In the order of the curve.
     """
     names = ("symmetry breaking" if equations.orders[0] != 0 else "period doubling"), "Neimark-Sacker"
-    values = _test_values(equations, points)
+    values = test_values(equations, points)
     found = [_special_point(equations, "fold", points[i : i + 1], i) for i in folds]
     for i, test in zip(*np.nonzero(values[:-1] * values[1:] < 0), strict=True):
         length = distance(points[i + 1], points[i])
@@ -285,13 +285,13 @@ def stability_changes(equations, points, folds):
 
         def value(step, start=points[i], chord=chord, test=test, ends=ends):
             return (
-                ends[step] if step in ends else _test_values(equations, _step(equations, start, chord, step))[0, test]
+                ends[step] if step in ends else test_values(equations, _step(equations, start, chord, step))[0, test]
             )
 
         place = _step(equations, points[i], chord, brentq(value, 0.0, length, xtol=1e-9))
         point = _special_point(equations, names[test], place, int(i))
         on_circle = [m for m in point.multipliers if abs(abs(m) - 1) < 1e-3]
-        if test == 0 or any(abs(m.imag) > _IMAGINARY for m in on_circle):
+        if test == 0 or any(abs(m.imag) > IMAGINARY for m in on_circle):
             found.append(point)
     return tuple(sorted(found, key=lambda point: (point.index, point.kind != "fold")))
 
