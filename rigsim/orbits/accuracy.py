@@ -9,7 +9,7 @@ import numpy as np
 
 from .harmonic_balance import residual
 
-LADDER = (9, 13, 19, 27, 39, 55, 79)  # numbers of harmonics that are tried in turn
+LADDER = (9, 13, 19, 27, 39, 55)  # numbers of harmonics that are tried in turn
 _WIDER = 3
 _THINNED = 40  # orbits of a curve that tell its error
 

@@ -197,7 +197,7 @@ class Locus:
     @cached_property
     def stationary(self):
         """List of its points where F is stationary along it, cusps left out."""
-        return [y for _, y, along in self._turns(-1) if abs(along[-2]) > _CUSP]
+        return [y for _, y, along in self._turns(-1, 1e-12) if abs(along[-2]) > _CUSP]
 
     @cached_property
     def _monotonic(self):
@@ -206,8 +206,11 @@ class Locus:
         found.sort(key=lambda one: one[:2])
         return np.insert(self.points, [i + 1 for i, *_ in found], [y for *_, y in found], axis=0) if found else self.points
 
-    def _turns(self, column):
-        """(index of the point before, point, tangent) wherever Omega (column -2) or F (-1) turns along it."""
+    def _turns(self, column, tolerance=1e-6):
+        """(index of the point before, point, tangent) wherever Omega (column -2) or F (-1) turns along it.
+
+        What turns is known to the square of the ``tolerance`` (relative length).
+        """
         values = self.tangents[:, column]
         for i in np.flatnonzero(values[:-1] * values[1:] < 0):
             start, scale = self.points[i], sizes(self.points[i])
@@ -226,7 +229,7 @@ class Locus:
 
             try:
                 if slope(0.0) * slope(length) < 0:
-                    yield i, *there(brentq(slope, 0.0, length, xtol=1e-12, rtol=1e-12))[:2]
+                    yield i, *there(brentq(slope, 0.0, length, xtol=tolerance, rtol=1e-12))[:2]
             except _LostError:  # where two loci all but touch: the nearer of the two points
                 j = i + int(abs(values[i + 1]) < abs(values[i]))
                 yield i, self.points[j], self.tangents[j]

@@ -39,6 +39,7 @@ from .sheet import SLICES, explored, sheets_of
 _SEEDS = 24
 _SHARES = (0.03, 0.2, 0.5, 0.8, 0.97)  # of an interval with three solutions
 _NOTICED = 1e-3  # error of a given number of harmonics that is always told
+_EXPLORED = 27  # harmonics with which the sheet is explored, at most; its curves may have more
 _ROUNDING = 1e-8  # even lines below this share of an orbit's largest are none
 
 
@@ -65,7 +66,7 @@ def periodic_orbits(
         Forcing frequencies (Hz).
     harmonics : int or "auto"
         Multiples of the forcing frequency kept besides the mean, odd and even; 1 is single-term theory (and a mean).
-        "auto": as many as the ``tolerance`` needs, from 9 to 79.
+        "auto": as many as the ``tolerance`` needs, from 9 to 55.
     law : {"exact", "cubic"}, optional
         Eq. (1) or Eq. (2); by default what the parameters carry, see `rigsim.parameters.law_of`.
     period : {1, 2}
@@ -105,7 +106,7 @@ def periodic_orbits(
         coarse = None
         while True:
             count, error = _error(sheets, curves_at(sheets, force, (low, high))[0])
-            coarse = coarse or (sheets if error <= _NOTICED else None)
+            coarse = coarse or (sheets if error <= _NOTICED or count >= _EXPLORED else None)
             if error <= tolerance or count == rungs[-1]:
                 break
             sheets = sheets_of(parameters, force, next_rung(count, error, tolerance), law, period + 1)
