@@ -33,7 +33,7 @@ def fold_frequencies(*branches):
 
 
 def sharpest_corner(branch):
-    """Largest angle (rad) between a chord of a curve and the next, in relative lengths, but for the ends' short ones."""
+    """Largest angle (rad) between a chord of a curve and the next, in relative lengths; not those at the ends."""
     z, f = branch.relative[:, 1], branch.frequency
     share = 2 * np.diff(z) / abs(z[1:] + z[:-1])
     chords = np.column_stack([share.real, share.imag, np.diff(np.log(f))])[1:-1]
