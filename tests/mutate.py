@@ -75,6 +75,16 @@ EQUIVALENT = {
         "orbits/sheet.py",
         "return _CEILING * max(1.0, max(math.sqrt(upper / group.gamma), _HIGHEST))",
     ): "slices are followed further than they need be",
+    ("design/variation.py", "good = np.isfinite(sets[:, -1])"): "a set is NaN throughout or nowhere",
+    (
+        "experiment/lines.py",
+        "for apart in (spacing / 1, spacing / 32):",
+    ): "the first of two parabolas; the second decides, to as many digits",
+    (
+        "experiment/steady.py",
+        "parts = [(time >= begin - 1e-9) & (time <= begin + half + 1.0000000000000002e-06) for begin in (time[0], time[-1]"
+        " - half)]",
+    ): "still far below the time between two samples",
     ("attraction/traps.py", "for _ in range(16):"): "more steps than are ever needed",
     (
         "design/enclosures.py",
