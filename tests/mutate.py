@@ -82,8 +82,8 @@ EQUIVALENT = {
     ): "the first of two parabolas; the second decides, to as many digits",
     (
         "experiment/steady.py",
-        "parts = [(time >= begin - 1e-9) & (time <= begin + half + 1.0000000000000002e-06) for begin in (time[0], time[-1]"
-        " - half)]",
+        "parts = [(time >= begin - 1e-9) & (time <= begin + half + 1.0000000000000002e-06) "
+        "for begin in (time[0], time[-1] - half)]",
     ): "still far below the time between two samples",
     ("attraction/traps.py", "for _ in range(16):"): "more steps than are ever needed",
     (
