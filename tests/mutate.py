@@ -55,6 +55,8 @@ ALSO = {
     "orbits/harmonic_balance.py": ["orbits/test_periodic_orbits.py", "orbits/test_stability.py"],
     "orbits/periodic_orbits.py": ["orbits/test_continuation.py", "orbits/test_stability.py"],
     "orbits/shooting.py": ["orbits/test_stability.py"],
+    "experiment/formats/csv_text.py": ["experiment/test_record.py"],
+    "experiment/formats/netcdf.py": ["experiment/test_record.py"],
     "experiment/steady.py": ["experiment/test_sine_test.py"],
     "identification/identify.py": ["test_promises.py"],
     "identification/refine.py": ["identification/test_identify.py"],
@@ -66,10 +68,6 @@ ALSO = {
 # Mutations that change nothing that could be tested: the file, its line as it is after the change, and why.
 EQUIVALENT = {
     (
-        "paper/virtual_experiment.py",
-        "return np.take_along_axis(theory, index, axis=1)[:, -1], np.take_along_axis(distance, index, axis=1)[:, 0]",
-    ): "there is one column",
-    (
         "orbits/convergence.py",
         "equations = balance(branch.parameters, branch.force, count, branch.law, symmetric=False)",
     ): "mirrored orbits are found among all, only more slowly",
@@ -77,7 +75,49 @@ EQUIVALENT = {
         "orbits/sheet.py",
         "return _CEILING * max(1.0, max(math.sqrt(upper / group.gamma), _HIGHEST))",
     ): "slices are followed further than they need be",
+    ("design/variation.py", "good = np.isfinite(sets[:, -1])"): "a set is NaN throughout or nowhere",
+    (
+        "experiment/lines.py",
+        "for apart in (spacing / 1, spacing / 32):",
+    ): "the first of two parabolas; the second decides, to as many digits",
+    (
+        "experiment/steady.py",
+        "parts = [(time >= begin - 1e-9) & (time <= begin + half + 1.0000000000000002e-06) "
+        "for begin in (time[0], time[-1] - half)]",
+    ): "still far below the time between two samples",
     ("attraction/traps.py", "for _ in range(16):"): "more steps than are ever needed",
+    (
+        "design/enclosures.py",
+        "largest, error, binomial = 0.0, 1e-247, 1.0  # far above what underflow could lose",
+    ): "as far below what any coefficient is known to",
+    (
+        "design/enclosures.py",
+        "errors[0] = error + 2.0 * unit * np.abs(bernstein).min()",
+    ): "coefficients come with a bound of their own, thirty times this rounding and more",
+    (
+        "experiment/steady.py",
+        "lines = [k for k in multiples if k < 4 * f or round(k / f * parts) % parts == 0]",
+    ): "further lines of a subharmonic are fitted beside the one that is read, which none of them moves",
+    (
+        "identification/subspace.py",
+        "left, singular_values, _ = linalg.svd(lower[second:, first:second], full_matrices=True)",
+    ): "more columns than are read, the same first ones",
+    (
+        "identification/physical.py",
+        'options = {"bounds": (lower, np.inf), "x_scale": "jac", "jac": "3-point", "max_nfev": 201}',
+    ): "more steps than are ever needed",
+    (
+        "campaign/checkpoint.py",
+        "self._database = sqlite3.connect(self.path, timeout=15.0)",
+    ): "how long another process that writes is waited for",
+    (
+        "experiment/lines.py",
+        "size = scipy.fft.next_fast_len(8 * len(time), real=False)",
+    ): "another length of padding; peaks are placed between the points of any",
+    (
+        "theory/cubic.py",
+        "root = math.sqrt(max(half * half - ninth**4, 0.0))",
+    ): "where a root is looked for first; a bracket holds it",
 }
 
 NEGATED = {

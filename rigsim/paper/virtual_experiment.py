@@ -186,8 +186,8 @@ def _nearest(response, test):
     """Theoretical z nearest to each test's (m), and the relative distance, both of shape (n,)."""
     theory = response.relative[np.searchsorted(response.frequency, test.frequency)]
     distance = np.abs(test.relative[:, None] - theory) / np.abs(theory)
-    index = np.where(np.isnan(distance), np.inf, distance).argmin(axis=1)[:, None]
-    return np.take_along_axis(theory, index, axis=1)[:, 0], np.take_along_axis(distance, index, axis=1)[:, 0]
+    nearest = np.arange(len(theory)), np.where(np.isnan(distance), np.inf, distance).argmin(axis=1)
+    return theory[nearest], distance[nearest]
 
 
 def _name(response, test):

@@ -87,6 +87,24 @@ def test_threads_do_not_matter(at_40):
         assert all(np.array_equal(results[0][name], other[name]) for name in ("label", "periods", "states"))
 
 
+def test_a_pool_that_is_given_does_the_work_and_else_one_of_its_own(at_30, monkeypatch):
+    begun = []
+
+    class Counting(ThreadPoolExecutor):
+        def submit(self, *arguments, **options):
+            begun.append(self)
+            return super().submit(*arguments, **options)
+
+    monkeypatch.setattr("rigsim.attraction.settle.ThreadPoolExecutor", Counting)
+    states = quasi_random(300, at_30.box, 5)
+    with Counting(1) as given:
+        at_30.settle(states, executor=given)
+        assert begun and set(begun) == {given}
+        begun.clear()
+        at_30.settle(states)
+        assert begun and given not in begun
+
+
 def test_checkpoint_spares_what_is_done(at_30, tmp_path):
     states = quasi_random(700, at_30.box, 5)
     seen = []

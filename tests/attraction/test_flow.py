@@ -71,13 +71,16 @@ def test_parts_of_a_period_join():
     np.testing.assert_allclose(trace[:, 24] / SCALE, flow.advance(STATES, 1.5) / SCALE, atol=1e-8)
 
 
-@pytest.mark.parametrize("start", [0.1, 0.97])
-def test_tap_is_that_of_the_rig(start):
+@pytest.mark.parametrize(
+    ("start", "duration", "expected"), [(0.1, 2e-3, 1), (0.97, 2e-3, 2), (0.1, 40e-3, 2), (0.97, 2e-5, 1)]
+)
+def test_tap_is_that_of_the_rig(start, duration, expected):
+    """Short or longer than a period, and across the end of one."""
     flow = Flow(RIG, "exact", 3.18, 30.0, 60)
-    found, periods = flow.tapped(STATES[0], start, [0.0, 0.5], 2e-3)
-    assert periods == (1 if start < 0.5 else 2)
+    found, periods = flow.tapped(STATES[0], start, [0.0, 0.5], duration)
+    assert periods == expected
     for state, velocity in zip(found, (0.0, 0.5), strict=True):
-        wanted = referee(STATES[0], "exact", 3.18, 30.0, (0, periods / 30), Tap(velocity, 2e-3, start / 30))
+        wanted = referee(STATES[0], "exact", 3.18, 30.0, (0, periods / 30), Tap(velocity, duration, start / 30))
         np.testing.assert_allclose(state / SCALE, wanted / SCALE, atol=1e-8)
 
 

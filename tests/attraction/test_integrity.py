@@ -1,9 +1,11 @@
 """Integrity: everything inside the ball returns, and the state on its rim does not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from rigsim import RigParameters, Status, attractors, integrity
+from rigsim import RigParameters, Status, attractors, frequency_response, integrity
 
 RIG = RigParameters()
 
@@ -44,3 +46,32 @@ def test_an_undecided_state_ends_the_ball(monkeypatch):
     found = integrity(RIG, 3.18, 30.0, "high", samples=64, starts=64)
     assert found.status == (Status.FOUND,) and found.message == ("",) and list(found.neighbour) == [-1]
     assert 1e-4 < found.radius[0] < 1.3e-4 and found.table()["beyond it"][0] == ""
+
+
+def test_one_quiet_ball_does_not_end_the_search(monkeypatch):
+    """Whether the states of a ball return is scripted: farther than so many metres from the motion they do not."""
+    limits = iter([1e-4, np.inf, 5e-5, np.inf, np.inf])
+
+    def scripted(found, states):
+        offset = (states - found[1].orbit[0]) / np.array([1, 1, 60 * np.pi, 60 * np.pi])
+        return found, np.where(np.linalg.norm(offset, axis=1) > next(limits), 0, 1)
+
+    monkeypatch.setattr("rigsim.attraction.integrity.settle_and_learn", scripted)
+    found = integrity(RIG, 3.18, 30.0, "high", samples=256, starts=64)
+    assert 5e-5 < found.radius[0] < 7e-5 and list(found.neighbour) == [0]
+    assert not list(limits), "two quiet balls running are enough"
+
+
+@pytest.mark.parametrize(("name", "column"), [("high", 2), ("other", 0)])
+@pytest.mark.parametrize("first", [0, 1])
+def test_of_two_motions_of_one_name_the_one_nearest_to_theory_is_followed(monkeypatch, name, column, first):
+    """To the solution of the name, or where no solution bears it to any, however far the others are."""
+    theory = frequency_response(RIG, 3.18, [30.0]).relative[0]
+    found = attractors(RIG, 3.18, 30.0, starts=64)
+    lines = [found[1].relative * share * theory[column] / found[1].relative[1] for share in (1.01, 1.1)]
+    order = [lines[first], lines[1 - first]]
+    members = tuple(replace(one, name=name, relative=line) for one, line in zip(found, order, strict=True))
+    monkeypatch.setattr("rigsim.attraction.integrity.attractors", lambda *_, **__: replace(found, members=members))
+    monkeypatch.setattr("rigsim.attraction.integrity._ball", lambda found, *_: (found, 1.0, np.zeros(4), -1))
+    followed = integrity(RIG, 3.18, 30.0, name)
+    assert list(followed.motion) == [first]

@@ -42,6 +42,10 @@ def test_smallest_tap_is_verified_and_smaller_ones_fail(taps, name):
     states, _ = taps.attractors.flow.tapped(state, found.instant, found.velocity * np.array([1, 0.97, 0.9]), 2e-3)
     reached = [taps.attractors.names[i] for i in taps.attractors.settle(states)[0]]
     assert reached[0] == name and name not in reached[1:]
+    # Nor do taps one per cent smaller a little earlier or later.
+    instants, velocity = found.instant + np.linspace(-1, 1, 65) / 32, found.velocity * np.array([0.99, 0.985])
+    states = np.concatenate([taps.attractors.flow.tapped(state, at % 1.0, velocity, 2e-3)[0] for at in instants])
+    assert (taps.attractors.settle(states)[0] != taps.attractors.find(name).motion).all()
     tap = found.tap(after=2.99)
     assert tap.time >= 2.99 and tap.velocity == found.velocity
     np.testing.assert_allclose((tap.time * 40 - found.instant) % 1, 0, atol=1e-9)

@@ -62,7 +62,9 @@ def test_split_covers_every_point_once(count, size):
     assert max(lengths) <= size and max(lengths) - min(lengths) <= 1
 
 
-def test_split_refuses_empty_chunks():
+def test_split_refuses_no_points_and_empty_chunks():
+    with pytest.raises(ValueError, match="count = 0"):
+        split(0, 3)
     with pytest.raises(ValueError, match="size = 0"):
         split(3, 0)
 
@@ -188,7 +190,8 @@ def test_progress_forms(capsys):
     with reporting(True, 3, "points") as report:
         report(1)
         report(3)
-    assert "points" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "points" in said and " 3/3 " in said
     with reporting(False, 3) as report:
         report(3)
     assert capsys.readouterr() == ("", "")

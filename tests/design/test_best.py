@@ -39,6 +39,14 @@ def test_the_margin_is_the_smallest_reach_in_tolerances():
     assert np.nanmax(profile[1]) == pytest.approx(best.margin, rel=1e-4) and np.isnan(profile[1]).any()
 
 
+def test_a_curve_that_is_lost_at_a_hundred_thousandth_of_a_tolerance_and_found_again_is_lost():
+    """The outer one exists at two ranges of the force; a thousandth of the tolerance reaches into the second."""
+    (_, lost), (again, last) = existence_forces(RIG, "outer")
+    tolerance = 1e3 * (0.5 * (again + last) - 0.47)
+    best = design_for_detached_curve(RIG, 0.47, {"force": (0.46, 0.48)}, "outer", {"force": tolerance})
+    assert best.start_margin == pytest.approx((lost - 0.47) / tolerance, rel=1e-6)
+
+
 def test_two_free_numbers_do_better_than_one():
     tolerances = {"d0": 1e-6, "force": "5 %"}
     bounds = {"force": (2.0, 8.0), "d0": (33.985e-3, 34e-3)}

@@ -91,6 +91,14 @@ def test_a_quantity_that_is_zero_moves_up_only():
     assert all(entry.down == math.inf and 0 < entry.up < math.inf for entry in found)
 
 
+def test_what_never_loses_the_curve_is_followed_a_thousand_times_up_and_a_millionth_down():
+    found = margins(RIG.replace(c=1e-5), 3.18, names=["c", "cs"])
+    c, cs = found["c"], found["cs"]
+    assert (c.low, c.high, c.low_lost, c.high_lost) == (0.0, pytest.approx(1e-2, rel=1e-12), None, None)
+    assert c.down == c.up == c.smallest == math.inf
+    assert cs.low == pytest.approx(1e-6 * RIG.cs, rel=1e-9) and cs.low_lost is None and cs.high_lost is not None
+
+
 def test_without_the_curve_there_is_nothing_to_lose():
     with pytest.raises(
         ValueError, match=r"force = 3 N gives no inner detached curve; expected one between 3\.0879 and"

@@ -66,5 +66,11 @@ def test_the_strongest_in_the_band_is_found_beside_a_stronger_one_outside():
     assert lower == pytest.approx(20.0, abs=0.02)
 
 
+@pytest.mark.parametrize("band", [(20.9, 60.0), (5.0, 19.1)])
+def test_the_skirt_of_a_line_outside_the_band_is_found_at_its_end(band):
+    [(found, _)] = strongest_lines(TIME, signal([(20.0, 1.0)]), band)
+    assert band[0] <= found <= band[1] and found == pytest.approx(20.0, abs=0.95)
+
+
 def test_a_band_without_frequencies_holds_no_line():
     assert strongest_lines(TIME, signal([(20.0, 1.0)]), (5.0, 5.0)) == [(5.0, 0.0)]

@@ -247,6 +247,16 @@ def test_spectrum_gives_lines_their_heights():
         assert amplitude[0] < 1e-3, "the mean is no line"
 
 
+@pytest.mark.parametrize(
+    ("samples", "six", "taken"), [(200, 180.4, 6), (200, 200.4, 6), (200, 200.75, 5), (400, 200.2, 12), (400, 200.4, 6)]
+)
+def test_spectrum_takes_as_many_periods_as_a_record_holds_to_half_a_sample(samples, six, taken):
+    """``six`` periods of the force last so many samples; lines are as far apart as the window ``taken`` is long."""
+    signal = np.sin(2 * np.pi * 6 / six * np.arange(samples))
+    frequency, _ = Record(signal, signal, 0 * signal, 1000.0).spectrum("relative", 6000 / six)
+    assert frequency[1] == pytest.approx(1000 / round(taken * six / 6), rel=1e-12)
+
+
 def test_strongest_line_of_a_channel():
     time = np.arange(2000) / 1000
     record = Record(time, 3 * np.cos(2 * np.pi * 20.3 * time), 2 * np.cos(2 * np.pi * 20.3 * time), 1000.0)

@@ -95,6 +95,14 @@ def test_summary_and_table(branches):
     assert "<table" in branches._repr_html_()
 
 
+def test_a_tap_may_come_at_any_instant_of_the_test():
+    taps = [Tap(time=0.0), Tap(time=1.0 - 2e-3)]
+    test = sine_test(LINEAR, 0.05, 20.0, tap=taps, duration=1)
+    assert abs(test.traces[1, 1, -1] - test.traces[0, 1, -1]) > 1e-4 and test.tap == tuple(taps)
+    with pytest.raises(ValueError, match="tap time = 0.9981 s"):
+        sine_test(LINEAR, 0.05, 20.0, tap=Tap(time=0.9981), duration=1)
+
+
 def test_parameters_force_frequency_and_tap_broadcast():
     rigs, taps = [RIG, RIG.single_set()], [None, Tap(time=0.1)]
     together = sine_test(rigs, [1.0, 2.0], [20.0, 30.0], taps, duration=1)

@@ -33,6 +33,7 @@ def test_the_right_reading_gives_all_seven_parameters(readings):
     assert np.abs(errors(found)[[0, 1, 2]]).max() < 1e-6
     assert abs(found.nonlinear_mean((2, 80)) / P.k3 - 1) < 5e-5
     assert np.abs(found.nonlinear_coefficient.imag).mean() < 1e-4 * P.k3
+    np.testing.assert_allclose(found.frequency, np.linspace(2, 80, 781))
     assert found.k3 == found.parameters.k3 and found.status == Status.IDENTIFIED and not found.message
 
 

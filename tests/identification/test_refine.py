@@ -47,7 +47,8 @@ def test_a_noisy_estimate_comes_nearer_and_an_exact_one_stays():
     inputs = rng.normal(size=(4000, 2))
     clean = true.simulate(inputs)
     frequency = np.linspace(1, 25, 60)
-    exact, *_ = refine_state_space(true, inputs, clean, (1, 25))
+    exact, _, left = refine_state_space(true, inputs, clean, (1, 25))
+    assert (left < 1e-11).all()
     np.testing.assert_allclose(response(exact, frequency), response(true, frequency), rtol=1e-8)
     before, after = [], []
     for _ in range(6):

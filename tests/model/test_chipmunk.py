@@ -266,16 +266,3 @@ def test_the_version_allowed_is_the_one_installed_by_set_up():
     top = Path(__file__).parents[2]
     assert f'"pymunk=={PYMUNK}"' in (top / "pyproject.toml").read_text()
     assert f"\npymunk=={PYMUNK} " in (top / "environment.txt").read_text()
-
-
-def test_closed_form_damping_is_the_elimination_s():
-    """The same rig with dampers of next to nothing in its wires takes the general way."""
-    rig = RIG.replace(rocking_damping=3e-6)
-    found = []
-    for damped in (rig, rig.replace(wire_damping=1e-300)):
-        rigs, wires = pack([damped])
-        force, mass = np.array([1.0, -2.0, 0.5, 1e-3]), np.diag(mass_matrix(damped)).copy()
-        q, v = rest_position(rig) + [1e-3, 2e-3, 1e-6, 0.05], np.array([0.3, -0.2, 0.1, 4.0])
-        centre_damping(q, v, rigs[0], wires[0], mass, 5e-5, np.empty((4, 4)), force)
-        found.append(force)
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-12)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from rigsim.experiment.random_test import simulate
 from rigsim.model.planar import (
+    centre_damping,
     conservative_forces,
     damping_matrix,
     largest_tilt,
@@ -297,3 +298,16 @@ def test_the_step_limit_is_below_that_of_the_fastest_mode(p):
 def test_only_rigs_are_packed():
     with pytest.raises(ValueError, match="expects RigParameters"):
         pack([RIG, RIG.oscillator])
+
+
+def test_closed_form_damping_is_the_elimination_s():
+    """The same rig with dampers of next to nothing in its wires takes the general way."""
+    rig = RIG.replace(rocking_damping=3e-6)
+    found = []
+    for damped in (rig, rig.replace(wire_damping=1e-300)):
+        rigs, wires = pack([damped])
+        force, mass = np.array([1.0, -2.0, 0.5, 1e-3]), np.diag(mass_matrix(damped)).copy()
+        q, v = rest_position(rig) + [1e-3, 2e-3, 1e-6, 0.05], np.array([0.3, -0.2, 0.1, 4.0])
+        centre_damping(q, v, rigs[0], wires[0], mass, 5e-5, np.empty((4, 4)), force)
+        found.append(force)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-12)

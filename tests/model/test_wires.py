@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigsim.model.wires import cubic_law_error, suspension_force
+from rigsim.model.wires import axial_force, axial_stiffness, cubic_law_error, spring_of, suspension_force
 from rigsim.parameters import RigParameters
 
 RIG = RigParameters()
@@ -49,6 +49,16 @@ def test_slope_at_zero_is_k1_and_curvature_k3(law):
     force = suspension_force(z, RIG, law)
     assert force[0] / z[0] == pytest.approx(RIG.k1, rel=2e-7)
     assert (force[1] - RIG.k1 * z[1]) / z[1] ** 3 == pytest.approx(RIG.k3, rel=3e-3)
+
+
+@pytest.mark.parametrize("law", ["exact", "cubic"])
+@pytest.mark.parametrize("d0", [RIG.d0, RIG.d, 0.5 * RIG.d])
+def test_the_stiffness_is_the_slope_of_the_force(law, d0):
+    """Also where the wires are as long as they are unstretched, which leaves nothing at zero."""
+    spring = spring_of(RIG.replace(d0=d0), law)
+    for z in (0.0, 1e-4, -3e-3, 0.05):
+        slope = (axial_force(spring, z + 1e-7) - axial_force(spring, z - 1e-7)) / 2e-7
+        assert axial_stiffness(spring, z) == pytest.approx(slope, rel=1e-6, abs=1e-3)
 
 
 def test_far_out_the_exact_law_is_that_of_straight_springs():

@@ -62,6 +62,12 @@ def test_any_solution_satisfies_equations_5a_and_5b(mu, zeta_s, zeta, Omega0, ga
     assert (abs(Ys**2 * e - (1 + g * W**4 + h * W**2)) <= 1e-11 * size).all()
 
 
+def test_a_slow_force_bends_the_shaker_s_spring_alone():
+    rig = RigParameters()
+    response = frequency_response(rig, FORCE, [1e-3])
+    assert response.shaker[0, 0] == pytest.approx(FORCE / rig.ks, rel=1e-4) and abs(response.relative[0, 0]) < 1e-9
+
+
 def test_phases_and_amplitudes_satisfy_the_harmonic_balance_of_equations_3():
     rig = RigParameters()
     response = frequency_response(rig, FORCE, [15.0, 30.0, 50.0])

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from flint import fmpq, fmpq_poly
 
-from rigsim.parameters import Nondimensional
+from rigsim.parameters import Nondimensional, OscillatorParameters
 from rigsim.theory.cubic import cubic_roots, dynamic_stiffness
-from rigsim.theory.levels import LOWER, UPPER, level, levels, polynomials
+from rigsim.theory.detached import folds
+from rigsim.theory.levels import LOWER, UPPER, Levels, crossings, level, levels, polynomials
+
+from .exact_folds import exact_folds
 
 
 def sets(count, seed):
@@ -65,3 +68,28 @@ def test_the_number_of_solutions_changes_at_the_levels():
                 assert 0 < gammas[0] < gammas[1]
                 forces = gammas[0] * (1 - 1e-8), np.sqrt(gammas[0] * gammas[1]), gammas[1] * (1 + 1e-8)
                 assert [cubic_roots(r, s, 0.75 * gamma * X**2 / e)[0] for gamma in forces] == [1, 3, 1]
+
+
+def test_crossings_follow_from_the_levels_at_the_breakpoints():
+    inf = np.inf
+    made = Levels((), (0.0, 1.0, 2.0, inf), (0.0, 2.0, 1.0, inf), (0.0, 4.0, 3.0, inf), ((0, 3),))
+    for gamma, expected in (
+        (0.5, [(0, LOWER), (0, UPPER)]),
+        (1.5, [(0, LOWER), (0, UPPER), (1, UPPER), (2, UPPER)]),
+        (2.5, [(0, LOWER), (2, UPPER)]),
+        (3.5, [(0, LOWER), (1, LOWER), (2, LOWER), (2, UPPER)]),
+        (4.5, [(2, LOWER), (2, UPPER)]),
+    ):
+        found = crossings(made, gamma)
+        assert (found, gamma) == (expected, gamma)
+
+
+@pytest.mark.parametrize("gamma", [1e-3, 0.1, 10.0])
+def test_levels_without_any_breakpoint_are_passed_where_the_exact_roots_are(gamma):
+    """Without stiffness and damping of the suspension both rise from nothing to infinity."""
+    parameters = OscillatorParameters.from_nondimensional(0.05, 0.5, 0.0, 0.0, gamma)
+    assert levels(parameters.nondimensional(1.0)).X == (0.0, np.inf)
+    expected = exact_folds(parameters.nondimensional(1.0))
+    found = [(2 * np.pi * fold.frequency / parameters.omega_s, fold.kind) for fold in folds(parameters, 1.0)]
+    assert [kind for _, kind in found] == [kind for _, kind in expected]
+    np.testing.assert_allclose([Omega for Omega, _ in found], [Omega for Omega, _ in expected], rtol=1e-12)
