@@ -9,10 +9,14 @@ from ..parameters import OscillatorParameters, RigParameters
 from ..results import Result, ResultSequence, Status
 from ..theory.amplitude import frequency_response
 from ..theory.floquet import is_stable, runs_of
+from .accuracy import neglected
 from .harmonic_balance import balance
 from .shooting import shoot_orbit
 from .stability import hill_multipliers, stability_changes
 
+_CLOSE = 5e-3  # of a largest multiplier to the unit circle, where its verdict is judged again
+_ROUGH = 1e-4  # error of an orbit whose verdict is judged again
+_SHOT = 0.05  # relative distance within which shooting found the same orbit
 _NEAR = 0.3  # relative distance within which a single-term solution is an orbit's counterpart
 
 
@@ -97,9 +101,21 @@ class OrbitBranch(Result):
     def multipliers(self):
         """(n, 4) complex Floquet multipliers about these orbits, over their period, by Hill's determinant.
 
-        See `rigsim.orbits.stability`; `shoot` has them by another way.
+        See `rigsim.orbits.stability`. Where a verdict could turn, the largest being close to one or the orbit's
+        `error` not small, they are those of the orbit found by shooting, if it is found there.
         """
-        return hill_multipliers(*self._equations())
+        values = hill_multipliers(*self.equations())
+        for i in np.flatnonzero((abs(abs(values[:, 0]) - 1) < _CLOSE) | (self.error > _ROUGH)):
+            shot = self.shoot(i)
+            line = self.relative[i, self.period]
+            if shot.converged and abs(shot.relative[self.period] - line) < _SHOT * abs(line):
+                values[i] = shot.multipliers
+        return values
+
+    @cached_property
+    def error(self):
+        """(n,) estimated relative error of each orbit by the lines it neglects; see `rigsim.orbits.accuracy`."""
+        return neglected(*self.equations())
 
     @cached_property
     def stable(self):
@@ -114,7 +130,7 @@ class OrbitBranch(Result):
     @cached_property
     def special_points(self):
         """Tuple of `SpecialPoint` in the order of the curve: folds, and every change of stability."""
-        return stability_changes(*self._equations(), self.folds)
+        return stability_changes(*self.equations(), self.folds)
 
     @cached_property
     def disagreements(self):
@@ -149,7 +165,7 @@ class OrbitBranch(Result):
         state = np.concatenate([motion.real.sum(axis=1), (rate * motion).real.sum(axis=1)])
         return shoot_orbit(self.parameters, self.force, self.frequency[i], state, self.law, period=self.period)
 
-    def _equations(self):
+    def equations(self):
         """The balance equations that the curve obeys, and its unknowns (n, ...)."""
         equations = balance(
             self.parameters, self.force, self.harmonics, self.law, self.period, self.period != 2 and self.symmetric

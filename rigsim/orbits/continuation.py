@@ -322,29 +322,24 @@ def between(x, tangent, other, other_tangent, share):
 
 
 @compiled
-def lies_on(numbers, law, period, orders, cosine, sine, points, tangents, x):
-    """Whether the orbit x lies on the traced curve: some orbit of the curve at its Omega is the same to 1e-6."""
-    n = x.size
-    Omega = x[n - 1]
+def place_on(numbers, law, period, orders, cosine, sine, points, tangents, x):
+    """The index of the point of a traced curve after which the orbit x lies on it, to 1e-6; -1 if it does not."""
     for i in range(len(points) - 1):
-        one, other = points[i, n - 1] - Omega, points[i + 1, n - 1] - Omega
-        if one * other > 0.0:
+        sizes, length = _sizes(points[i]), distance(points[i + 1], points[i])
+        if not 0.0 < length or distance(x, points[i]) > 2.0 * length:
             continue
-        left, right = 0.0, 1.0
-        for _ in range(40):
-            middle = 0.5 * (left + right)
-            value = between(points[i], tangents[i], points[i + 1], tangents[i + 1], middle)[n - 1] - Omega
-            if (value > 0.0) == (one > 0.0) and one != 0.0:
-                left = middle
-            else:
-                right = middle
-        guess = between(points[i], tangents[i], points[i + 1], tangents[i + 1], 0.5 * (left + right))
-        if distance(guess, x) > 0.3:
+        chord = (points[i + 1] - points[i]) / math.sqrt(
+            _dot(points[i + 1] - points[i], points[i + 1] - points[i], sizes)
+        )
+        share = _dot(x - points[i], chord, sizes) / _dot(points[i + 1] - points[i], chord, sizes)
+        if not -1e-6 < share < 1.0 + 1e-6:
             continue
-        sign, _, _ = correct_at(numbers, law, period, orders, cosine, sine, guess, Omega, 10, 0.3)
+        guess = between(points[i], tangents[i], points[i + 1], tangents[i + 1], share)
+        normal, level = _plane(chord, sizes, x)
+        sign, _, _ = correct(numbers, law, period, orders, cosine, sine, guess, normal, level, 10, 0.3)
         if sign != 0.0 and distance(guess, x) < 1e-6:
-            return True
-    return False
+            return i
+    return -1
 
 
 @compiled

@@ -16,8 +16,8 @@ from .continuation import (
     advance,
     breaking_signs,
     distance,
-    lies_on,
     locate_fold,
+    place_on,
     trace,
     unit_tangent,
 )
@@ -45,6 +45,11 @@ class Curve(NamedTuple):
     tangents: np.ndarray
     ends: tuple
     folds: tuple
+
+    @property
+    def closed(self):
+        """Whether it closes on itself."""
+        return CLOSED in self.ends
 
 
 def corrected(equations, x):
@@ -82,7 +87,8 @@ def _with_folds(equations, points, tangents, ends):
         good, point, tangent = locate_fold(*equations.system, points[i], tangents[i], length)
         if not good:
             point, tangent = min(
-                (abs(t[-1]), j, p, t) for j, (p, t) in enumerate(zip(points[i : i + 2], tangents[i : i + 2], strict=True))
+                (abs(t[-1]), j, p, t)
+                for j, (p, t) in enumerate(zip(points[i : i + 2], tangents[i : i + 2], strict=True))
             )[2:]
         extra.append(point)
         extra_tangents.append(unit_tangent(point, tangent))
@@ -101,24 +107,33 @@ def add_curve(equations, curves, x, low, high):
 
 def _known(equations, curves, x):
     images = equations.images(x)
-    return any(lies_on(*equations.system, *curve[:2], image) for curve in curves for image in images)
+    return any(place_on(*equations.system, *curve[:2], image) >= 0 for curve in curves for image in images)
 
 
 def add_curve_at_fold(equations, curves, x, low, high):
-    """Add the curve that turns back at the orbit x, unless one of the curves does so there, or an image of it."""
-    images = equations.images(x)
-    if not low < x[-1] * equations.hertz < high or any(
-        distance(curve.points[i], image) < _FOLD for curve in curves for i in curve.folds for image in images
-    ):
-        return
+    """Add the curve that turns back at the orbit x, unless one of the curves, or an image, is known to do so there.
+
+    A fold of a known curve that lay unseen between two of its orbits, beside another one, becomes an orbit of it.
+    """
     found = corrected(equations, x)
-    if not found:
+    if not found or not low < x[-1] * equations.hertz < high:
         return
+    for image in equations.images(found[0]):
+        for number, curve in enumerate(curves):
+            if any(distance(curve.points[i], image) < _FOLD for i in curve.folds):
+                return
+            i = place_on(*equations.system, *curve[:2], image)
+            if i >= 0:
+                along = corrected(equations, image)[1]
+                along *= np.sign(along @ (curve.points[i + 1] - curve.points[i]))
+                points, tangents = (np.insert(a, i + 1, b, axis=0) for a, b in zip(curve, (image, along), strict=False))
+                turns = [*(j for j in curve.folds if j <= i), i + 1, *(j + 1 for j in curve.folds if j > i)]
+                curves[number] = Curve(points, tangents, curve.ends, tuple(turns))
+                return
     for step in _ASIDE:
         sign, _, beside, tangent = advance(*equations.system, *found, step)
         if sign != 0 and distance(beside, x) < 2 * step and low < beside[-1] * equations.hertz < high:
-            if not _known(equations, curves, beside):
-                curves.append(curve_through(equations, beside, unit_tangent(beside, tangent), low, high))
+            curves.append(curve_through(equations, beside, unit_tangent(beside, tangent), low, high))
             return
 
 
@@ -175,7 +190,9 @@ def joined(equations, curves, low, high):
             x, tangent = (points[0], -tangents[0]) if end == 0 else (points[-1], tangents[-1])
             outside, _, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM, -1)
             back = [
-                j for j, other in ends if (j, other) != (i, end) and distance(outside[-1], curves[j].points[-other]) < _SAME
+                j
+                for j, other in ends
+                if (j, other) != (i, end) and distance(outside[-1], curves[j].points[-other]) < _SAME
             ]
             joins[i].update(back)
             if not back and why not in (LOW, HIGH):

@@ -89,9 +89,15 @@ class Balance:
 
     def with_harmonics(self, harmonics):
         """The same equations with another number of harmonics, multiples of the forcing frequency."""
+        return self._with(harmonics, self.orders[0] != 0)
+
+    def symmetric(self):
+        """The same equations with odd lines only."""
+        return self._with(self.harmonics // self.period, True)
+
+    def _with(self, harmonics, symmetric):
         names = "harmonics", "orders", "cosine", "sine"
-        lines = _lines(self.law, self.period, harmonics, self.orders[0] != 0)
-        return replace(self, **dict(zip(names, lines, strict=True)))
+        return replace(self, **dict(zip(names, _lines(self.law, self.period, harmonics, symmetric), strict=True)))
 
     def widened(self, fewer, x):
         """Unknowns (..., n) of these equations from those ``x`` of ``fewer``, of fewer lines or half the period."""
@@ -116,7 +122,11 @@ class Balance:
         for j in range(2 * self.period):
             turned = x.copy()
             turned[0] *= (-1) ** j
-            lines = (x[1 : self.size : 2] - 1j * x[2 : self.size : 2]) * (-1) ** j * np.exp(1j * np.pi * j * k / self.period)
+            lines = (
+                (x[1 : self.size : 2] - 1j * x[2 : self.size : 2])
+                * (-1) ** j
+                * np.exp(1j * np.pi * j * k / self.period)
+            )
             turned[1 : self.size : 2], turned[2 : self.size : 2] = lines.real, -lines.imag
             found.append(turned)
         return found

@@ -196,15 +196,17 @@ class Locus:
 
     @cached_property
     def stationary(self):
-        """List of its points where F is stationary along it, cusps left out."""
-        return [y for _, y, along in self._turns(-1, 1e-12) if abs(along[-2]) > _CUSP]
+        """List of (point, whether F is least there, whether it is a cusp) wherever F turns along it."""
+        return [(y, bool(self.tangents[i, -1] < 0), abs(along[-2]) < _CUSP) for i, y, along in self._turns(-1, 1e-12)]
 
     @cached_property
     def _monotonic(self):
         """Its points, and those at which F or Omega turns along it: so no passage hides between two."""
         found = [(i, apart(y, self.points[i]), y) for column in (-1, -2) for i, y, _ in self._turns(column)]
         found.sort(key=lambda one: one[:2])
-        return np.insert(self.points, [i + 1 for i, *_ in found], [y for *_, y in found], axis=0) if found else self.points
+        return (
+            np.insert(self.points, [i + 1 for i, *_ in found], [y for *_, y in found], axis=0) if found else self.points
+        )
 
     def _turns(self, column, tolerance=1e-6):
         """(index of the point before, point, tangent) wherever Omega (column -2) or F (-1) turns along it.
@@ -259,7 +261,7 @@ class Locus:
 
 
 def hessian(sheet, y):
-    """Second derivatives (2, 2) of ln F over two independent directions on the sheet, where F is stationary on it."""
+    """Second derivatives (2, 2) of ln F over two directions on the sheet, where F is stationary on it; the directions."""
     scale = sizes(y)
     jacobian = sheet.at(y)[1] * scale
     left, _, right = np.linalg.svd(jacobian[:, :-2])
@@ -268,7 +270,7 @@ def hessian(sheet, y):
     frame = np.array([kernel, aside / np.linalg.norm(aside)])
     bend = [sheet.at(y + _PROBE * d * scale)[1] - sheet.at(y - _PROBE * d * scale)[1] for d in frame]
     rows = [left[:, -1] @ (b * scale) / (2 * _PROBE) for b in bend]
-    return -np.array([[row @ d for d in frame] for row in rows]) / (left[:, -1] @ jacobian[:, -1])
+    return -np.array([[row @ d for d in frame] for row in rows]) / (left[:, -1] @ jacobian[:, -1]), frame
 
 
 def locus(sheet, kind, y, inside):

@@ -30,7 +30,7 @@ from ..theory.amplitude import frequency_response
 from ..theory.detached import folds
 from .accuracy import LADDER, next_rung, worst
 from .branches import PeriodicOrbits
-from .continuation import correct_at, lies_on
+from .continuation import correct_at, place_on
 from .curves import add_curve, add_curve_at_fold, branch_of, branching_curves, corrected, curve_through, joined
 from .harmonic_balance import balance
 from .loci import FOLD, resized
@@ -95,39 +95,56 @@ def periodic_orbits(
     checks.one_of("search", search, ("complete", "seeds"))
     tolerance = checks.real("tolerance", tolerance, low=1e-12, high=1e-2)
     law = law_of(parameters, law)
-    low, high = _checked_band(band)
-    if isinstance(harmonics, str):
+    band = checked_band(band)
+    with reporting(progress, SLICES, "periodic orbits") as report:
+        sheets, exploration = explored_with(
+            parameters, force, band, law, harmonics, tolerance, period + 1, search == "complete", report=report
+        )
+    automatic = isinstance(harmonics, str)
+    branches, count = judged(parameters, force, band, law, sheets, exploration, tolerance, automatic, period)
+    return PeriodicOrbits(branches, parameters, sheets[0].equations.force, law, band, count)
+
+
+def explored_with(
+    parameters, force, band, law, harmonics, tolerance, levels, complete=True, branchings=False, report=None
+):
+    """The first ``levels`` `Sheet` with as many harmonics as ``harmonics`` says, and their `Exploration`, if wanted."""
+    if not isinstance(harmonics, str):
+        sheets = coarse = sheets_of(parameters, force, harmonics, law, levels)
+    else:  # how many harmonics? along what is quickly found
         checks.one_of("harmonics", harmonics, ("auto",))
-        rungs, told = LADDER, tolerance
-    else:
-        rungs, told = (harmonics,), max(tolerance, _NOTICED)
-    sheets = coarse = sheets_of(parameters, force, rungs[0], law, period + 1)
-    if len(rungs) > 1:  # how many harmonics? along what is quickly found
-        coarse = None
+        sheets, coarse = sheets_of(parameters, force, LADDER[0], law, levels), None
         while True:
-            count, error = _error(sheets, curves_at(sheets, force, (low, high))[0])
+            count, error = _error(sheets, force, curves_at(sheets, force, band)[0])
             coarse = coarse or (sheets if error <= _NOTICED or count >= _EXPLORED else None)
-            if error <= tolerance or count == rungs[-1]:
+            if error <= tolerance or count == LADDER[-1]:
                 break
-            sheets = sheets_of(parameters, force, next_rung(count, error, tolerance), law, period + 1)
-    exploration = None
-    if search == "complete":
-        with reporting(progress, SLICES, "periodic orbits") as report:
-            exploration = explored(coarse or sheets, (low, high), report=report)
+            sheets = sheets_of(parameters, force, next_rung(count, error, tolerance), law, levels)
+    return sheets, explored(coarse or sheets, band, branchings, report) if complete else None
+
+
+def judged(parameters, force, band, law, sheets, exploration, tolerance, automatic, period):
+    """Tuple of `OrbitBranch` at a force (N), and their harmonics: more of them while, ``automatic``, any error says so."""
     while True:
-        found = curves_at(sheets, force, (low, high), exploration)
-        count, error = _error(sheets, found[0])
-        if error <= tolerance or count >= rungs[-1]:
+        found, lost = curves_at(sheets, force, band, exploration)
+        count, error = _error(sheets, force, found)
+        if not automatic or error <= tolerance or count >= LADDER[-1]:
             break
-        sheets = sheets_of(parameters, force, next_rung(count, error, tolerance), law, period + 1)
-    branches = branches_of(sheets, *found, parameters, law, (low, high), told, period)
-    return PeriodicOrbits(branches, parameters, sheets[0].equations.force, law, (low, high), count)
+        more = next_rung(count, error, tolerance)
+        sheets = sheets_of(parameters, sheets[0].equations.force, more, law, len(sheets))
+    told = tolerance if automatic else max(tolerance, _NOTICED)
+    return _branches(_systems(sheets, force), found, lost, parameters, law, band, told, period), count
 
 
-def _error(sheets, found):
+def _error(sheets, force, found):
     """Number of harmonics, and the largest error of any orbit by lines neglected."""
-    error = worst((sheet.equations, c.points) for sheet, curves in zip(sheets, found, strict=True) for c in curves)
+    systems = _systems(sheets, force)
+    error = worst((system, curve.points) for system, curves in zip(systems, found, strict=True) for curve in curves)
     return sheets[0].equations.harmonics, error
+
+
+def _systems(sheets, force):
+    return [sheet.equations.at_force(force / sheet.equations.force) for sheet in sheets]
 
 
 def curves_at(sheets, force, band, exploration=None):
@@ -137,7 +154,7 @@ def curves_at(sheets, force, band, exploration=None):
     """
     first = sheets[0].equations
     share = force / first.force
-    systems = [sheet.equations.at_force(share) for sheet in sheets]
+    systems = _systems(sheets, force)
     # Seeds that do not lead to an orbit at once are led there by way of fewer harmonics.
     fewer = [systems[0].with_harmonics(h) for h in range(1, first.harmonics, 2)]
     found, lost = [[]], []
@@ -145,7 +162,7 @@ def curves_at(sheets, force, band, exploration=None):
         good, x, tangent = _seed_orbit(systems[0], fewer, frequency, [0, relative])
         if not good:
             lost.append((frequency, relative))
-        elif not any(lies_on(*systems[0].system, *curve[:2], x) for curve in found[0]):
+        elif not any(place_on(*systems[0].system, *curve[:2], x) >= 0 for curve in found[0]):
             found[0].append(curve_through(systems[0], x, tangent, *band))
     for level, system in enumerate(systems):
         if level > 0:
@@ -176,19 +193,16 @@ def _complete(sheet, system, level, curves, share, band, exploration):
         checked = len(curves)
 
 
-def branches_of(sheets, found, lost, parameters, law, band, tolerance, period=1):
+def _branches(systems, found, lost, parameters, law, band, tolerance, period=1):
     """Tuple of `OrbitBranch` of what `curves_at` found, of one period, with what they leave open in their messages."""
     branches = []
-    for sheet, curves in zip(sheets, found, strict=True):
-        system = sheet.equations
+    for system, curves in zip(systems, found, strict=True):
         if system.period != period:
             continue
         joins, remarks = joined(system, curves, *band)
         first = len(branches)
         for curve, join, remark in zip(curves, joins, remarks, strict=True):
-            error = worst([(system, curve.points)])
-            if error > tolerance:
-                remark += f"; its orbits are known to {error:.1e} only: more harmonics are needed"
+            remark += _doubt(worst([(system, curve.points)]), tolerance)
             branches.append(branch_of(system, parameters, law, curve, [first + i for i in join], remark))
     for frequency, relative in lost if period == 1 else ():
         gaps = [np.hypot(b.frequency / frequency - 1, abs(b.relative[:, 1] / relative - 1)).min() for b in branches]
@@ -200,7 +214,15 @@ def branches_of(sheets, found, lost, parameters, law, band, tolerance, period=1)
     return tuple(branches)
 
 
-def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmonics=9, law=None, *, period=1):
+def _doubt(error, tolerance):
+    """The remark that an error above what is tolerated deserves, to a power of ten."""
+    told = 10.0 ** np.floor(np.log10(max(error, 1e-16)))
+    return f"; some orbits are in error by more than {told:.0e}: more harmonics are needed" if error > tolerance else ""
+
+
+def continue_orbit(
+    parameters, force, frequency, relative, band=(5, 80), harmonics="auto", law=None, *, period=1, tolerance=1e-6
+):
     """The curve of periodic orbits through one that is roughly known, such as a subharmonic motion.
 
     Parameters
@@ -214,9 +236,11 @@ def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmoni
         Its lines of z (m) at the multiples 0, 1, ... of frequency/period; missing ones are taken as zero.
     band : (float, float)
         Forcing frequencies (Hz).
-    harmonics : int
+    harmonics : int or "auto"
         Multiples of the forcing frequency kept; so ``period`` times as many lines.
     law : {"exact", "cubic"}, optional
+    tolerance : float
+        Relative error that "auto" aims at; see `periodic_orbits`.
     period : {1, 2, 3}
         Period of the orbit, in forcing periods.
 
@@ -230,12 +254,28 @@ def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmoni
         If an input is not allowed, or no orbit is found from the given lines.
     """
     law = law_of(parameters, law)
-    equations = balance(parameters, force, harmonics, law, period)
-    low, high = _checked_band(band)
+    low, high = checked_band(band)
     frequency = checks.real("frequency", frequency, "Hz", low=low, high=high)
+    tolerance = checks.real("tolerance", tolerance, low=1e-12, high=1e-2)
     relative = np.atleast_1d(np.asarray(relative, dtype=complex))
     if relative.ndim != 1 or not np.isfinite(relative).all() or not relative.any():
         raise ValueError(f"relative has shape {relative.shape}; expected one row of finite lines (m), not all zero")
+    automatic = isinstance(harmonics, str)
+    count = checks.one_of("harmonics", harmonics, ("auto",)) and LADDER[0] if automatic else harmonics
+    while True:
+        equations, x, tangent = _known_orbit(balance(parameters, force, count, law, period), frequency, relative)
+        curve = curve_through(equations, x, tangent, low, high)
+        error = worst([(equations, curve.points)])
+        if not automatic or error <= tolerance or count == LADDER[-1]:
+            break
+        (frequency,), (relative,) = equations.lines(x[None])[::3]
+        count = next_rung(count, error, tolerance)
+    remark = _doubt(error, tolerance if automatic else max(tolerance, _NOTICED))
+    return branch_of(equations, parameters, law, curve, remark=remark)
+
+
+def _known_orbit(equations, frequency, relative):
+    """Equations, with odd lines only if the orbit has no others, the orbit near given lines (m), and its tangent."""
     x = equations.unknowns(frequency, relative)
     good, steps, tangent = correct_at(*equations.system, x, x[-1], 60, 0.3)
     if not good:  # at a fold the frequency does not tell the orbit: corrected across the curve instead
@@ -247,19 +287,20 @@ def continue_orbit(parameters, force, frequency, relative, band=(5, 80), harmoni
             )
         x, tangent = found
     lines = equations.lines(x[None])[3][0]
-    if period != 2 and abs(lines[::2]).max() < _ROUNDING * abs(lines).max():
-        symmetric = balance(parameters, force, harmonics, law, period, symmetric=True)
+    if equations.period != 2 and abs(lines[::2]).max() < _ROUNDING * abs(lines).max():
+        symmetric = equations.symmetric()
         mirrored = symmetric.unknowns(frequency, lines)
         again, _, tangent_there = correct_at(*symmetric.system, mirrored, mirrored[-1], 10, 0.3)
         if again:
-            equations, x, tangent = symmetric, mirrored, tangent_there
-    return branch_of(equations, parameters, law, curve_through(equations, x, tangent, low, high))
+            return symmetric, mirrored, tangent_there
+    return equations, x, tangent
 
 
-def _checked_band(band):
-    band = checks.array("band", band, "Hz", low=0.0, low_open=True)
+def checked_band(band, name="band", unit="Hz"):
+    """A pair of numbers above zero, ascending, as floats."""
+    band = checks.array(name, band, unit, low=0.0, low_open=True)
     if band.size != 2 or not band[0] < band[1]:
-        raise ValueError(f"band = {tuple(band.tolist())} Hz is not allowed; expected two frequencies, ascending")
+        raise ValueError(f"{name} = {tuple(band.tolist())} {unit} is not allowed; expected two numbers, ascending")
     return float(band[0]), float(band[1])
 
 
@@ -289,5 +330,3 @@ def _seed_orbit(equations, fewer, frequency, lines):
                 break
             lines = system.lines(x[None])[3][0]
     return good, x, tangent
-
-

@@ -35,7 +35,8 @@ from .continuation import (
     unit_tangent,
 )
 from .harmonic_balance import balance
-from .loci import BREAKING, DOUBLING, FOLD, Locus, Sheet, apart, locus
+from .loci import BREAKING, DOUBLING, FOLD, TORUS, Sheet, apart, locus
+from .stability import IMAGINARY, hill_multipliers, test_values
 
 SLICES = 24  # over a band
 _BEYOND = 2.0  # loci are followed to this many times the band's upper end, and to its lower end over that
@@ -138,7 +139,7 @@ def explored(sheets, band, branchings=False, report=None):
 
 def _explore_slice(found, frequency, branchings):
     ceiling = _ceiling(found.sheets[0].equations, frequency)
-    lines = _from_rest(found.sheets[0].equations.at(frequency), ceiling)
+    lines = from_rest(found.sheets[0].equations.at(frequency), ceiling)
     for level, sheet in enumerate(found.sheets):
         places = []
         for line in lines:
@@ -150,6 +151,10 @@ def _explore_slice(found, frequency, branchings):
         kind = (BREAKING, DOUBLING)[min(level, 1)]
         for place in places if branchings else ():
             found.add_locus(level, kind, _point(sheet.equations, frequency, place))
+        if branchings and level < 2:
+            for line in lines:
+                for y in _modulations(sheet.equations, frequency, line):
+                    found.add_locus(level, TORUS, y)
         if level + 1 < len(found.sheets):
             lines = list(_leaving(sheet, level, frequency, places, ceiling))
 
@@ -158,7 +163,8 @@ def _point(equations, frequency, x):
     return np.append(x[: equations.size], [frequency / equations.hertz, x[-1]])
 
 
-def _from_rest(equations, ceiling):
+def from_rest(equations, ceiling):
+    """The `Line` of a slice's equations that begins at rest, up to a force over the wanted one; a list of one, or none."""
     x = np.full(equations.size + 1, 1e-3 * _START)  # not zero, since lengths are relative
     good, _, tangent = correct_at(*equations.system, x, _START, 60, np.inf)
     if not good:
@@ -182,6 +188,20 @@ def _branchings(sheet, level, frequency, line):
     parity = min(level, 1)
     signs = breaking_signs(*wider.system, wider.widened(one, line.points), parity)
     return [branching(one, wider, *line.points[i : i + 2], signs[i], parity) for i in np.flatnonzero(np.diff(signs))]
+
+
+def _modulations(equations, frequency, line):
+    """Points between which a complex pair of multipliers crosses the unit circle along a line."""
+    points = np.column_stack([line.points[:, :-1], np.full(len(line.points), frequency / equations.hertz)])
+    pairs = test_values(equations, points)[:, 1]
+    for i in np.flatnonzero(pairs[:-1] * pairs[1:] < 0):
+        if abs(hill_multipliers(equations, points[i : i + 1])[0].imag).max() > IMAGINARY:
+            y = np.append(points[i], line.points[i, -1])
+            normal = np.zeros(y.size)
+            normal[-2] = 1
+            found = Sheet(equations).corrected(TORUS, y, normal)
+            if found is not None:
+                yield found[0]
 
 
 def branching(one, wider, start, end, sign, parity):

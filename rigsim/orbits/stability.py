@@ -284,9 +284,7 @@ def stability_changes(equations, points, folds):
         ends = {0.0: values[i, test], length: values[i + 1, test]}
 
         def value(step, start=points[i], chord=chord, test=test, ends=ends):
-            return (
-                ends[step] if step in ends else test_values(equations, _step(equations, start, chord, step))[0, test]
-            )
+            return ends[step] if step in ends else test_values(equations, _step(equations, start, chord, step))[0, test]
 
         place = _step(equations, points[i], chord, brentq(value, 0.0, length, xtol=1e-9))
         point = _special_point(equations, names[test], place, int(i))
