@@ -26,9 +26,9 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 # What DESIGN promises to users; any other public name is there because a notebook or the README uses it.
 PROMISED = {
     "OscillatorParameters", "RigParameters", "Status", "frequency_response", "FrequencyResponse", "folds", "Fold",
-    "jump_frequencies", "detached_curves", "DetachedCurve", "force_scenario", "ForceEvent", "periodic_orbits",
-    "OrbitBranch", "SpecialPoint", "continue_orbit", "attractors", "tolerance_study", "basins", "tap_map",
-    "simulate", "Record", "random_test", "sine_test", "SineTest", "Tap", "identify", "Identification",
+    "jump_frequencies", "detached_curves", "DetachedCurve", "force_scenario", "ForceEvent", "response_sheet",
+    "periodic_orbits", "OrbitBranch", "SpecialPoint", "continue_orbit", "attractors", "tolerance_study", "basins",
+    "tap_map", "simulate", "Record", "random_test", "sine_test", "SineTest", "Tap", "identify", "Identification",
 }  # fmt: skip
 # Needed without an import of ours, and by what.
 SILENT = {

@@ -35,7 +35,7 @@ def worst(curves):
 
 
 def next_rung(harmonics, error, tolerance):
-    """The number of harmonics of the `LADDER` that should meet the tolerance, as errors fall geometrically; two up at most."""
+    """The rung of the `LADDER` that should meet the tolerance, as errors fall geometrically; two up at most."""
     wanted = harmonics * np.log(tolerance) / np.log(min(error, 0.5))
     above = [rung for rung in LADDER if rung > harmonics][:2]
     return next((rung for rung in above if rung >= wanted), above[-1])

@@ -15,8 +15,7 @@ from .shooting import shoot_orbit
 from .stability import hill_multipliers, stability_changes
 
 _CLOSE = 5e-3  # of a largest multiplier to the unit circle, where its verdict is judged again
-_ROUGH = 1e-4  # error of an orbit whose verdict is judged again
-_SHOT = 0.05  # relative distance within which shooting found the same orbit
+_ROUGH = 1e-4  # largest error of an orbit whose verdict is judged again
 _NEAR = 0.3  # relative distance within which a single-term solution is an orbit's counterpart
 
 
@@ -101,15 +100,15 @@ class OrbitBranch(Result):
     def multipliers(self):
         """(n, 4) complex Floquet multipliers about these orbits, over their period, by Hill's determinant.
 
-        See `rigsim.orbits.stability`. Where a verdict could turn, the largest being close to one or the orbit's
-        `error` not small, they are those of the orbit found by shooting, if it is found there.
+        See `rigsim.orbits.stability`. Where a verdict could turn, the largest being close to one, they are those of
+        the same orbit found by shooting, unless its `error` is too large for it to be the same.
         """
         values = hill_multipliers(*self.equations())
-        for i in np.flatnonzero((abs(abs(values[:, 0]) - 1) < _CLOSE) | (self.error > _ROUGH)):
-            shot = self.shoot(i)
-            line = self.relative[i, self.period]
-            if shot.converged and abs(shot.relative[self.period] - line) < _SHOT * abs(line):
-                values[i] = shot.multipliers
+        for i in np.flatnonzero(abs(abs(values[:, 0]) - 1) < _CLOSE):
+            if self.error[i] < _ROUGH and (shot := self.shoot(i)).converged:
+                line = self.relative[i, self.period]
+                if abs(shot.relative[self.period] - line) < 10 * _ROUGH * abs(line):
+                    values[i] = shot.multipliers
         return values
 
     @cached_property
@@ -213,6 +212,12 @@ class PeriodicOrbits(ResultSequence):
     harmonics: int
 
     plots = {"orbits": "orbits_figure"}
+
+    def verdict(self, frequencies=None, **options):
+        """The `Verdict` on these orbits by integration in time; see `rigsim.orbits.verdict.verdict`."""
+        from .verdict import verdict  # which is built on these
+
+        return verdict(self, frequencies, **options)
 
     def table(self):
         """`pandas.DataFrame`, a row a branch."""

@@ -194,6 +194,13 @@ class Locus:
         """(k,) N."""
         return self.points[:, -1] * self.sheet.equations.force
 
+    @property
+    def amplitude(self):
+        """(k,) of the line of z at the forcing frequency (m)."""
+        equations = self.sheet.equations
+        row = 2 * int(np.searchsorted(equations.orders, equations.period)) - int(equations.orders[0] == 0)
+        return equations.unit * np.hypot(self.points[:, row], self.points[:, row + 1])
+
     @cached_property
     def stationary(self):
         """List of (point, whether F is least there, whether it is a cusp) wherever F turns along it."""
@@ -237,7 +244,7 @@ class Locus:
                 yield i, self.points[j], self.tangents[j]
 
     def passing(self, column, value, near=None):
-        """Its points where Omega (column -2) or the force over the wanted one (-1) has a value; only those near a point."""
+        """Its points where Omega (column -2) or F (-1) has a value; only those ``near`` a point, if one is given."""
         points = self._monotonic
         off = points[:, column] - value
         found = []
@@ -261,7 +268,7 @@ class Locus:
 
 
 def hessian(sheet, y):
-    """Second derivatives (2, 2) of ln F over two directions on the sheet, where F is stationary on it; the directions."""
+    """Second derivatives (2, 2) of ln F over two directions on the sheet where F is stationary; the directions."""
     scale = sizes(y)
     jacobian = sheet.at(y)[1] * scale
     left, _, right = np.linalg.svd(jacobian[:, :-2])

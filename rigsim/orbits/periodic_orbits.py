@@ -124,7 +124,7 @@ def explored_with(
 
 
 def judged(parameters, force, band, law, sheets, exploration, tolerance, automatic, period):
-    """Tuple of `OrbitBranch` at a force (N), and their harmonics: more of them while, ``automatic``, any error says so."""
+    """Tuple of `OrbitBranch` at a force (N), and their harmonics: while ``automatic``, more as any error says so."""
     while True:
         found, lost = curves_at(sheets, force, band, exploration)
         count, error = _error(sheets, force, found)
@@ -216,7 +216,7 @@ def _branches(systems, found, lost, parameters, law, band, tolerance, period=1):
 
 def _doubt(error, tolerance):
     """The remark that an error above what is tolerated deserves, to a power of ten."""
-    told = 10.0 ** np.floor(np.log10(max(error, 1e-16)))
+    told = 10.0 ** np.floor(np.log10(np.clip(error, 1e-16, 0.1)))  # above that the estimate is none
     return f"; some orbits are in error by more than {told:.0e}: more harmonics are needed" if error > tolerance else ""
 
 

@@ -14,9 +14,8 @@ import numpy as np
 from .. import checks
 from ..campaign.progress import reporting
 from ..parameters import OscillatorParameters, RigParameters, law_of
-from ..results import Result, ResultSequence, frame
-from ..theory import detached
-from ..theory.detached import ForceEvent, ForceScenario
+from ..results import Result, frame
+from ..theory.detached import ForceEvent
 from .branches import PeriodicOrbits
 from .curves import corrected, curve_through, place_on
 from .loci import FOLD, hessian, sizes
@@ -24,7 +23,6 @@ from .periodic_orbits import checked_band, explored_with, judged
 from .sheet import SLICES, Exploration, from_rest
 
 _NAMES = ("", "asymmetric ", "period-two ")
-_SINGLE = ("inner", "outer", "hysteresis", "merger", "split", "exchange")  # kinds of events of symmetric motions
 _NEAR = 1e-4  # of the force, how far on both sides of a saddle the pieces are compared
 _SAME = 1e-6  # relative distance in force and frequency of one event found twice
 
@@ -41,8 +39,11 @@ class ResponseSheet(Result):
     force : (float, float)
         N.
     harmonics : int
+        Of the exploration, and if not ``automatic`` of every orbit.
     law : {"exact", "cubic"}
     tolerance : float
+    automatic : bool
+        Whether orbits have as many harmonics as the tolerance asks for.
     exploration : Exploration
         Slices and loci; its levels are 0 symmetric, 1 asymmetric, 2 of period two.
     """
@@ -53,23 +54,32 @@ class ResponseSheet(Result):
     harmonics: int
     law: str
     tolerance: float
+    automatic: bool
     exploration: Exploration
 
     plots = {"sheet": "sheet_figure", "amplitude": "sheet_amplitude_figure"}
 
     def at(self, force, period=1):
-        """The `PeriodicOrbits` at a force (N) inside the sheet's range, as `periodic_orbits` finds them."""
+        """The `PeriodicOrbits` at a force (N) of the sheet's range, as `periodic_orbits` finds them."""
         force = checks.real("force", force, "N", low=self.force[0], high=self.force[1])
         checks.one_of("period", period, (1, 2))
         sheets = self.exploration.sheets[: period + 1]
         branches, count = judged(
-            self.parameters, force, self.band, self.law, sheets, self.exploration, self.tolerance, True, period
+            self.parameters,
+            force,
+            self.band,
+            self.law,
+            sheets,
+            self.exploration,
+            self.tolerance,
+            self.automatic,
+            period,
         )
         return PeriodicOrbits(branches, self.parameters, force, self.law, self.band, count)
 
     @cached_property
     def lines(self):
-        """Tuple of (name, `Locus`): fold lines and the lines of every loss of stability, "asymmetric fold" and so on."""
+        """Tuple of (name, `Locus`): fold lines, and those of every loss of stability; "asymmetric fold" and so on."""
         levels = zip(_NAMES, self.exploration.loci, strict=False)
         return tuple((name + locus.kind, locus) for name, loci in levels for locus in loci)
 
@@ -123,7 +133,7 @@ class ResponseSheet(Result):
         return tuple(sorted(names))
 
     def _side(self, sheet, y, share):
-        """ "inner" if the line from rest reaches beyond the motion y at its frequency and force, else "outer"."""
+        """Inner if the line from rest reaches beyond the motion y at its frequency and force, else outer."""
         equations = sheet.equations.at(y[-2] * sheet.equations.hertz)
         size = lambda points: np.hypot(*points[..., :2].T)  # noqa: E731  # the first of the odd lines
         for line in from_rest(equations, 1.2 * share):
@@ -176,85 +186,8 @@ def response_sheet(
     force = checked_band(force, "force", "N")
     tolerance = checks.real("tolerance", tolerance, low=1e-12, high=1e-2)
     with reporting(progress, SLICES, "response sheet") as report:
-        sheets, exploration = explored_with(
+        _, exploration = explored_with(
             parameters, force[1], band, law, harmonics, tolerance, levels=3, branchings=True, report=report
         )
-    return ResponseSheet(parameters, band, force, sheets[0].equations.harmonics, law, tolerance, exploration)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ConvergedScenario(ResultSequence):
-    """Events of converged motions as the force grows; what `force_scenario` with several harmonics returns.
-
-    Attributes
-    ----------
-    members : tuple of ForceEvent
-        Of symmetric motions.
-    sheet : ResponseSheet
-        On which they lie, with events of the other motions among its ``events``.
-    single_term : ForceScenario
-        What single-term theory says instead.
-    """
-
-    members: tuple
-    sheet: ResponseSheet
-    single_term: ForceScenario
-
-    plots = {"scenario": "sheet_figure"}
-
-    def summary(self):
-        """How many events, and over which forces."""
-        told = f", from {self[0].force:.4g} to {self[-1].force:.4g} N" if self.members else ""
-        return f"{len(self)} events of motions of {self.sheet.harmonics} harmonics as the force grows{told}"
-
-    def table(self):
-        """`pandas.DataFrame` of the events, with the nearest one of single-term theory, if any is within a quarter."""
-        rows = []
-        for event in self:
-            apart = [
-                (max(abs(one.force / event.force - 1), abs(one.frequency / event.frequency - 1)), one.force)
-                for one in self.single_term
-            ]
-            near, force = min(apart, default=(np.inf, np.nan))
-            rows.append((event.force, event.frequency, event.kind, force if near < 0.25 else np.nan))
-        return frame(rows, ["force [N]", "frequency [Hz]", "event", "single-term force [N]"])
-
-
-def force_scenario(parameters, harmonics=1, law=None, *, band=None, force=None, progress=False):
-    """Every birth, split, merger and death of pieces of the response as the force grows.
-
-    Parameters
-    ----------
-    parameters : RigParameters or OscillatorParameters
-    harmonics : int or "auto"
-        1: single-term theory, all its events at all forces, exactly. More: converged events on the response sheet.
-    law : {"exact", "cubic"}, optional
-        Of the converged motions; single-term theory has the cubic one.
-    band : (float, float), optional
-        Frequencies (Hz) of converged events; by default well beyond all single-term ones.
-    force : (float, float), optional
-        Forces (N) likewise.
-    progress : bool or callable
-        See `response_sheet`.
-
-    Returns
-    -------
-    rigsim.theory.detached.ForceScenario or ConvergedScenario
-        Sequences of `ForceEvent`, ascending in force.
-
-    Raises
-    ------
-    ValueError
-        If an input is not allowed, or there is no single-term event that would tell band and force.
-    """
-    single = detached.force_scenario(parameters)
-    if harmonics == 1:
-        return single
-    if (band is None or force is None) and not len(single):
-        raise ValueError("band and force are needed where single-term theory has no events; expected pairs (Hz, N)")
-    places = [event.frequency for event in single]
-    band = band or (0.6 * min(places), 1.8 * max(places))
-    force = force or (0.5 * single[0].force, 1.5 * single[-1].force)
-    sheet = response_sheet(parameters, band, force, harmonics, law, progress=progress)
-    members = tuple(event for event in sheet.events if event.kind.startswith(_SINGLE))
-    return ConvergedScenario(members, sheet, single)
+    automatic, count = isinstance(harmonics, str), exploration.sheets[0].equations.harmonics
+    return ResponseSheet(parameters, band, force, count, law, tolerance, automatic, exploration)

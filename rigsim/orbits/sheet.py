@@ -164,7 +164,7 @@ def _point(equations, frequency, x):
 
 
 def from_rest(equations, ceiling):
-    """The `Line` of a slice's equations that begins at rest, up to a force over the wanted one; a list of one, or none."""
+    """The `Line` of a slice that begins at rest, up to a force over the wanted one; a list of one, or none."""
     x = np.full(equations.size + 1, 1e-3 * _START)  # not zero, since lengths are relative
     good, _, tangent = correct_at(*equations.system, x, _START, 60, np.inf)
     if not good:
@@ -205,7 +205,7 @@ def _modulations(equations, frequency, line):
 
 
 def branching(one, wider, start, end, sign, parity):
-    """The motion of ``one`` between two of a line at which the `breaking_sign` among ``wider`` changes; by bisection."""
+    """The motion between two of a line of ``one`` where the sign among ``wider`` changes; by bisection."""
     length = distance(end, start)
     chord = (end - start) / length
     left, right = 0.0, length

@@ -55,6 +55,16 @@ class Overlay(Result):
             result[at[branch == "only"], 0] = True
         return result
 
+    @property
+    def circles(self):
+        """Frequency (Hz), and lines of xs, x and z at it (m), of every test that settled on a branch: four arrays (k,)."""
+        kept = [np.isin(branch, (*BRANCHES, "only")) for branch in self.branch]
+        columns = ("frequency", "shaker", "mass", "relative")
+        return tuple(
+            np.concatenate([getattr(test, name)[on] for test, on in zip(self.tests, kept, strict=True)])
+            for name in columns
+        )
+
     def missing(self):
         """Frequencies (Hz) and names of branches that theory calls stable and no test reached, as a list of tuples."""
         several = self.response.count == 3

@@ -9,9 +9,17 @@ import numpy as np
 from response import companions
 from run import fastest
 
-from rigsim import RigParameters, periodic_orbits
+from rigsim import RigParameters, force_scenario, periodic_orbits, response_sheet
 
 FORCE, BAND = 3.18, (5, 120)
+
+
+def memory(sheet):
+    """MB held by its slices and lines."""
+    exploration = sheet.exploration
+    arrays = [array for lines in exploration.lines for _, line in lines for array in (line.points, line.tangents)]
+    arrays += [array for loci in exploration.loci for one in loci for array in (one.points, one.tangents)]
+    return sum(array.nbytes for array in arrays) / 1e6
 
 
 def measure():
@@ -33,5 +41,15 @@ def measure():
         "the same with stability of every orbit, complete": fastest(lambda: [branch.stable for branch in find()]),
         "one orbit by shooting, with its monodromy": fastest(lambda: branches[1].shoot(10)),
     }
+    sheet = response_sheet(rig, BAND, (0.1, 8.0), 7)
+    timed |= {
+        "response_sheet, 0.1 to 8 N, with events": fastest(lambda: response_sheet(rig, BAND, (0.1, 8.0), 7).events, 1),
+        "its contour at 3.18 N": fastest(lambda: sheet.at(FORCE)),
+        "force_scenario, converged": fastest(lambda: force_scenario(rig, 7), 1),
+    }
     rows = [(name, 1e3 * seconds, "ms", seconds / unit) for name, seconds in timed.items()]
-    return [*rows, ("orbits on the curves", sum(branch.frequency.size for branch in branches), "", None)]
+    return [
+        *rows,
+        ("orbits on the curves", sum(branch.frequency.size for branch in branches), "", None),
+        ("memory of the sheet", memory(sheet), "MB", None),
+    ]

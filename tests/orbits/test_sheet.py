@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigsim import OscillatorParameters, RigParameters, periodic_orbits
+from rigsim import OscillatorParameters, RigParameters, folds, force_scenario, periodic_orbits
 
 RIG = RigParameters()
 # A strong absorber with a detached asymmetric curve, and one with a curve that enters through the band's lower end.
@@ -80,3 +80,17 @@ def test_mirror_images_are_not_told_twice():
     assert len(lines) == 2  # one that branches off, and a detached one
     island = found[-1]
     assert island.closed and island.shoot(int(np.flatnonzero(island.stable)[3])).stable
+
+
+def test_two_folds_closer_than_a_step_are_folds_of_the_one_curve():
+    """1e-6 above the birth of a hysteresis, where the curve was traced twice and its folds were missed."""
+    rig = OscillatorParameters(
+        0.170822988, 28351.103160, 12.843474092, 0.00351736263, 0.0536446225, 96.722304191, 138396092.0
+    )
+    birth = force_scenario(rig)[0]
+    assert birth.kind == "hysteresis birth"
+    for near in (1e-6, 1e-5, 1e-4, 1e-3):
+        force = birth.force * (1 + near)
+        (branch,) = periodic_orbits(rig, force, (0.75 * birth.frequency, 1.03 * birth.frequency), 1, "cubic")
+        exact = [fold.frequency for fold in folds(rig, force)]
+        assert sorted(branch.frequency[list(branch.folds)]) == pytest.approx(exact, rel=1e-8)

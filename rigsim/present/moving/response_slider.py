@@ -5,14 +5,14 @@ import numpy as np
 from ..figures.style import BLACK, BLUE, GREY, ORANGE, PANELS, PURPLE
 from .plot import Curve, MovingPlot, Panel
 
-_COLORS = {"main": BLUE, "inner": ORANGE, "outer": PURPLE}
+_COLORS = {"main": BLUE, "inner": ORANGE, "outer": PURPLE, "detached": ORANGE, "asymmetric": PURPLE}
 
 
 def response_slider(name, values, unit, responses, *, alt=None, beside=None, circles=None, **options):
     """`MovingPlot` of the amplitudes of shaker, mass and relative displacement over frequency, as a parameter changes.
 
-    Stable solutions are solid, unstable ones dashed (Floquet multipliers about the single-term orbits); a detached
-    curve has a colour of its own, and the sentence below the figure says where it lies.
+    Stable solutions are solid, unstable ones dashed (Floquet multipliers about their orbits); a detached curve has a
+    colour of its own, and the sentence below the figure says where it lies.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def response_slider(name, values, unit, responses, *, alt=None, beside=None, cir
     values : array_like, shape (n,)
         Its values, in slider order.
     unit : str
-    responses : sequence of FrequencyResponse
+    responses : sequence of FrequencyResponse or PeriodicOrbits
         n responses over the same band, one for each value.
     alt : str, optional
         What a reader who cannot see the figure should know; by default the band and where curves are detached.
@@ -46,8 +46,8 @@ def response_slider(name, values, unit, responses, *, alt=None, beside=None, cir
     MovingPlot(Force: 29 values from 1.00 N to 8.00 N)
     """
     responses = tuple(responses)
-    low = min(response.frequency.min() for response in responses)
-    high = max(response.frequency.max() for response in responses)
+    reach = np.concatenate([piece.frequency for response in responses for _, piece in _pieces(response)])
+    low, high = float(reach.min()), float(reach.max())
     notes = [_note(response) for response in responses]
     panels = []
     for number, (channel, title) in enumerate(PANELS):
@@ -72,22 +72,32 @@ def response_slider(name, values, unit, responses, *, alt=None, beside=None, cir
     return MovingPlot(name, values, unit, panels, alt=alt, notes=notes, **options)
 
 
+def _pieces(response):
+    """(name, piece) of single-term theory, or (name, branch) of converged orbits; only the first may be "main"."""
+    if hasattr(response, "pieces"):
+        return [(piece.kind if piece.kind == "main" else f"{piece.kind} detached", piece) for piece in response.pieces]
+    kinds = [("detached" if b.closed else "main") if b.symmetric else "asymmetric" for b in response]
+    return list(zip(kinds, response, strict=True))
+
+
 def _curves(response, channel):
     """Every piece as runs of equal stability, each reaching to where the next begins."""
     curves = []
-    for piece in response.pieces:
-        amplitude = 1e3 * np.abs(getattr(piece, channel))
+    for name, piece in _pieces(response):
+        lines = getattr(piece, channel)
+        amplitude = 1e3 * np.abs(lines if lines.ndim == 1 else lines[:, piece.period])
         for run, stable in piece.runs:
             kind = "stable" if stable else "unstable"
-            text = kind if piece.kind == "main" else f"{piece.kind} detached curve"
-            curves.append(Curve(piece.frequency[run], amplitude[run], kind, text, _COLORS[piece.kind]))
+            text = kind if name == "main" else f"{name} curve"
+            curves.append(Curve(piece.frequency[run], amplitude[run], kind, text, _COLORS[name.split()[0]]))
     return curves
 
 
 def _note(response):
     found = [
-        f"{piece.kind} detached curve from {piece.frequency.min():.1f} to {piece.frequency.max():.1f} Hz"
-        for piece in response.pieces
-        if piece.kind != "main"
+        f"{name} curve from {piece.frequency.min():.1f} to {piece.frequency.max():.1f} Hz"
+        for name, piece in _pieces(response)
+        if name != "main"
     ]
-    return f"Single-term theory: {', '.join(found) or 'no detached curve in this band'}."
+    who = "Single-term theory" if hasattr(response, "pieces") else "Converged orbits"
+    return f"{who}: {', '.join(found) or 'no detached curve in this band'}."

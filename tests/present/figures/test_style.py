@@ -36,6 +36,11 @@ def shaken():
     return rigsim.sine_test(RIG, 3.18, [30.0, 66.0] * 2, [None] * 2 + [rigsim.Tap()] * 2)
 
 
+@cache
+def explored():
+    return rigsim.response_sheet(RIG, (20, 60), (2.0, 7.0), 3)
+
+
 # Figure: what draws it, which of its plots, the plot's options, and its panels.
 EXAMPLES = {
     "attractors_figure": (lambda: rigsim.attractors(RIG, 3.18, 30.0, starts=64), "motions", {}, 1),
@@ -70,6 +75,8 @@ EXAMPLES = {
     "record_figure": (lambda: shaken().record(0), "record", {}, 5),
     "response_surface_figure": (lambda: rigsim.force_scenario(RIG), "surface", {}, 2),
     "rig_figure": (lambda: RIG.single_set(), "rig", {"beside": RIG}, 2),
+    "sheet_amplitude_figure": (lambda: explored(), "amplitude", {"forces": [3.18]}, 1),
+    "sheet_figure": (lambda: explored(), "sheet", {"force": 3.18}, 1),
     "sine_test_figure": (shaken, "lines", {}, 3),
     "singular_value_figure": (lambda: identified()[0], "singular values", {}, 1),
     "spectrum_figure": (shaken, "spectrum", {"indices": [0, 1]}, 4),

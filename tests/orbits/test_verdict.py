@@ -1,0 +1,33 @@
+"""Orbits held against the motions that integration leads to."""
+
+import pytest
+
+from rigsim import RigParameters, Status, periodic_orbits
+
+RIG = RigParameters()
+
+
+def test_where_the_curves_have_every_motion_it_says_so():
+    verdict = periodic_orbits(RIG, 3.18, (15, 45), 9).verdict([20.0, 30.0], starts=48)
+    assert verdict.status is Status.FOUND and "every motion met" in verdict.summary()
+    assert [(one.orbits, one.stable) for one in verdict] == [(1, 1), (3, 2)]
+
+
+def test_a_motion_that_the_curves_lack_is_told_and_followed():
+    found = periodic_orbits(RIG, 3.18, (20, 60), 9)
+    verdict = found.verdict([40.0], starts=64)
+    assert verdict.status is Status.DOUBTFUL and "subharmonic 1/2" in verdict.message
+    (more,) = verdict.orbits[len(found) :]
+    assert more.period == 2 and more.closed
+    assert more.frequency.min() == pytest.approx(33.43, abs=0.02)
+
+
+def test_curves_without_their_detached_piece_are_found_wanting():
+    """Of a piece that was taken away the stable motion is met, and its curve found again."""
+    from dataclasses import replace
+
+    whole = periodic_orbits(RIG, 3.18, (15, 58), 9)
+    (piece,) = [b for b in whole if b.closed]
+    verdict = replace(whole, members=tuple(b for b in whole if not b.closed)).verdict([30.0])
+    assert verdict.status is Status.DOUBTFUL
+    assert verdict.orbits[-1].frequency.max() == pytest.approx(piece.frequency.max(), abs=1e-6)
