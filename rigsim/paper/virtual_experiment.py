@@ -57,7 +57,7 @@ class Overlay(Result):
 
     @property
     def circles(self):
-        """Frequency (Hz), and lines of xs, x and z at it (m), of every test that settled on a branch: four arrays (k,)."""
+        """Four arrays (k,), of every test that settled on a branch: frequency (Hz), lines of xs, x and z at it (m)."""
         kept = [np.isin(branch, (*BRANCHES, "only")) for branch in self.branch]
         columns = ("frequency", "shaker", "mass", "relative")
         return tuple(
