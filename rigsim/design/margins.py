@@ -5,10 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import checks
 from ..results import ResultSequence, frame
-from .variation import built_names, checked_start, judge_varied, quantity
+from .converged import Edges
+from .variation import built_names, checked_start, judge_varied, kind_number, quantity
 
 _STEPS = 181  # of the scan outwards: distances from a billionth of the range to all of it, 12 % apart
+_COARSE = 49  # of the same of a converged curve, from a millionth
 _BETWEEN = 41  # where the scan comes near the edge and leaves it again
 _UNLIMITED = 1000.0  # a quantity without upper bound is followed to so many times its value
 _OPEN = 1e-6  # and one that may not be zero down to this part of it
@@ -142,7 +145,7 @@ class Margins(ResultSequence):
         return frame(rows, columns, index="quantity")
 
 
-def margins(parameters, force, kind="inner", names=None):
+def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=None):
     """How far each single number may move, all others held, before the rig has no detached curve of a kind.
 
     A quantity is moved outwards until the number of curves of the kind falls to zero for the first time, and the
@@ -158,6 +161,11 @@ def margins(parameters, force, kind="inner", names=None):
     names : sequence of str, optional
         Fields of the parameters, "force", "k1", "k3", or non-dimensional names of Table 5; by default the fields that
         matter to the theory, and the force. ``k`` stands for all wires alike.
+    harmonics : int or "auto"
+        1: of the curve of single-term theory. More: of the converged one, by the fields and the force only, until the
+        event that makes or ends it passes the force, to 1e-9 of the move; see `rigsim.design.converged`.
+    law : {"exact", "cubic"}, optional
+        Of the converged one.
 
     Returns
     -------
@@ -173,15 +181,24 @@ def margins(parameters, force, kind="inner", names=None):
     --------
     >>> margins(RigParameters(), 3.18)["d0"]  # doctest: +SKIP
     """
-    force, number = checked_start(parameters, force, kind)
     names = built_names(parameters) if names is None else tuple(names)
+    if harmonics == 1:
+        force, number = checked_start(parameters, force, kind)
+    else:
+        force, number = checks.positive("force", force, "N"), kind_number(kind)
+        for name in names:
+            checks.one_of("quantity", name, built_names(parameters))
+        edges = Edges(parameters, force, kind, harmonics, law)
     items = [quantity(parameters, force, name) for name in names]
     moves = []
     for item in items:
         top = item.high if math.isfinite(item.high) else item.value * _UNLIMITED or _scale(parameters, item.name)
         bottom = item.value * _OPEN if item.low_open else item.low
         moves += [(item.name, item.value, bottom - item.value), (item.name, item.value, top - item.value)]
-    reached = reach(parameters, force, number, moves, np.geomspace(1e-9, 1, _STEPS))
+    if harmonics == 1:
+        reached = reach(parameters, force, number, moves, np.geomspace(1e-9, 1, _STEPS))
+    else:
+        reached = np.transpose([edges.reach(*move, np.geomspace(1e-6, 1, _COARSE)) for move in moves])
     ends = []  # of each move: the last value with the curve and the first without
     for (_, origin, step), kept, lost in zip(moves, *reached, strict=True):
         never = step == 0 or math.isinf(lost)

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import checks
 from ..results import Result, frame
+from .converged import Edges
 from .variation import half_widths, judge_varied, kind_number, quantity
 
 _COMPARED = 2000  # rigs of the study that are drawn again with one quantity exact, or alone
@@ -98,7 +99,18 @@ class ToleranceStudy(Result):
         return frame(rows, columns, index="quantity")
 
 
-def tolerance_study(parameters, force, tolerances, samples=10_000, seed=2014, kind="inner", distribution="uniform"):
+def tolerance_study(
+    parameters,
+    force,
+    tolerances,
+    samples=10_000,
+    seed=2014,
+    kind="inner",
+    distribution="uniform",
+    *,
+    harmonics=1,
+    law=None,
+):
     """The share of rigs, built and driven within tolerances, that have a detached curve.
 
     Every rig is judged as `rigsim.detached_curves` would judge it. A drawn rig that cannot be (an unstretched wire
@@ -120,6 +132,8 @@ def tolerance_study(parameters, force, tolerances, samples=10_000, seed=2014, ki
     kind : {"inner", "outer"}
     distribution : {"uniform", "normal"}
         Uniform between minus and plus the half-width, or normal with it as two standard deviations.
+    harmonics, law
+        See `rigsim.margins`; with more than one harmonic take some hundred ``samples``, 10 ms each, three times.
 
     Returns
     -------
@@ -146,7 +160,12 @@ def tolerance_study(parameters, force, tolerances, samples=10_000, seed=2014, ki
         drawn = generator.uniform(-1, 1, samples) if uniform else 0.5 * generator.standard_normal(samples)
         values[name] = quantity(parameters, force, name).value + width * drawn
 
+    edges = None if harmonics == 1 else Edges(parameters, force, kind, harmonics, law)
+
     def judged(changes):
+        if edges:
+            distances = edges.judge(changes)
+            return distances > 0, distances
         counts, distances = judge_varied(parameters, force, changes)
         return counts[:, number] > 0, distances[:, number]
 

@@ -267,6 +267,32 @@ class Locus:
         return any(apart(point, image) < _SAME for image in images for point in self.passing(-2, y[-2], image))
 
 
+def stationary_near(sheet, y, iterations=15):
+    """The point of a fold locus near y where F is stationary along it, by secants over Omega; None if there is none."""
+    normal = np.zeros(y.size)
+    normal[-2] = 1
+    last = None
+    for _ in range(iterations):
+        found = sheet.corrected(FOLD, y, normal)
+        if found is None or abs(found[1][-2]) < _CUSP:
+            return None
+        y, along = found[:2]
+        slope = along[-1] / along[-2]
+        if last is None:
+            change = 1e-4 * y[-2]
+        elif slope == last[1]:
+            return None
+        else:
+            change = slope * (y[-2] - last[0]) / (last[1] - slope)
+        if abs(change) < 1e-9 * y[-2]:
+            return y
+        if abs(change) > 0.1 * y[-2]:
+            return None
+        last = y[-2], slope
+        y = y + along / along[-2] * sizes(y) * change / y[-2]
+    return None
+
+
 def hessian(sheet, y):
     """Second derivatives (2, 2) of ln F over two directions on the sheet where F is stationary; the directions."""
     scale = sizes(y)

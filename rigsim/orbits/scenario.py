@@ -4,10 +4,87 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..results import ResultSequence, frame
+from .. import checks
+from ..results import Result, ResultSequence, frame
 from ..theory import detached
 
+_HALVINGS = 6  # of a change of the rig over which an event is not followed at once
 _SYMMETRIC = ("inner", "outer", "hysteresis", "merger", "split", "exchange")  # how their events are called
+
+
+@dataclass(frozen=True, eq=False)
+class EventState:
+    """Frequency (Hz), force (N) and lines of z (m) of a motion where F is stationary along a fold locus."""
+
+    frequency: float
+    force: float
+    relative: np.ndarray
+
+
+def followed(parameters, state, harmonics, law):
+    """The `EventState` of a rig near that of a similar one; None if Newton's method finds none there."""
+    from .harmonic_balance import balance
+    from .loci import Sheet, stationary_near
+
+    equations = balance(parameters, state.force, harmonics, law, symmetric=True)
+    y = stationary_near(Sheet(equations), np.append(equations.unknowns(state.frequency, state.relative), 1.0))
+    if y is None:
+        return None
+    frequency, _, _, relative = equations.lines(y[None, :-1])
+    return EventState(float(frequency[0]), float(y[-1] * state.force), relative[0])
+
+
+def _followed_to(sheet, state, name, before, value, halvings):
+    found = followed(sheet.parameters.replace(**{name: value}), state, sheet.harmonics, sheet.law)
+    if found is not None or halvings == 0:
+        return found
+    middle = 0.5 * (before + value)
+    half = _followed_to(sheet, state, name, before, middle, halvings - 1)
+    return half and _followed_to(sheet, half, name, middle, value, halvings - 1)
+
+
+def _apart(one, other):
+    return abs(one / other - 1)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EventCurves(Result):
+    """Where converged events lie as one number of a rig changes: between them its curves exist.
+
+    Attributes
+    ----------
+    events : tuple of ForceEvent
+        Of the rig itself.
+    parameters : RigParameters or OscillatorParameters
+    name : str
+    own : float
+        The rig's own value (SI units).
+    values : (n,) array
+    force, frequency : (n, k) array
+        N and Hz; NaN where an event could not be followed to.
+    """
+
+    events: tuple
+    parameters: object
+    name: str
+    own: float
+    values: np.ndarray
+    force: np.ndarray
+    frequency: np.ndarray
+
+    plots = {"curves": "event_curves_figure"}
+
+    def table(self):
+        """`pandas.DataFrame`: the force (N) of each event at each value."""
+        columns = [f"{i} {event.kind} [N]" for i, event in enumerate(self.events, 1)]
+        return frame(self.force, columns, index=None).set_axis(self.values, axis=0)
+
+    def summary(self):
+        """One line: what was followed, and how far."""
+        lost = int(np.isnan(self.force).sum())
+        told = f", {lost} points were not reached" if lost else ""
+        low, high = self.values.min(), self.values.max()
+        return f"EventCurves: {len(self.events)} events over {self.name} from {low:g} to {high:g}{told}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,6 +106,47 @@ class ConvergedScenario(ResultSequence):
     single_term: detached.ForceScenario
 
     plots = {"scenario": "sheet_figure"}
+
+    def states(self):
+        """An `EventState` for each event, from which `followed` goes on."""
+        points = [(y, one.sheet.equations) for _, one in self.sheet.lines for y, _, _ in one.stationary]
+        result = []
+        for event in self:
+            y, equations = min(
+                points,
+                key=lambda p: (
+                    _apart(p[0][-1] * p[1].force, event.force) + _apart(p[0][-2] * p[1].hertz, event.frequency)
+                ),
+            )
+            result.append(EventState(event.frequency, event.force, equations.lines(y[None, :-1])[3][0]))
+        return tuple(result)
+
+    def over(self, name, values):
+        """The `EventCurves` of these events as one number of the rig changes.
+
+        Parameters
+        ----------
+        name : str
+            A field of the parameters.
+        values : (n,) array_like
+            SI units, ascending. Each event is followed outwards from the rig's own value, as far as it is there; the
+            birth of hysteresis, no event of the pieces, is left out.
+        """
+        sheet = self.sheet
+        own = checks.real(name, np.mean(getattr(sheet.parameters, name)))
+        values = checks.array("values", values)
+        followed_ones = [pair for pair in zip(self, self.states(), strict=True) if "hysteresis" not in pair[0].kind]
+        force, frequency = (np.full((values.size, len(followed_ones)), np.nan) for _ in range(2))
+        for column, (_, state) in enumerate(followed_ones):
+            for side in (np.flatnonzero(values >= own), np.flatnonzero(values < own)[::-1]):
+                here, before = state, own
+                for i in side:
+                    here = _followed_to(sheet, here, name, before, float(values[i]), _HALVINGS)
+                    if here is None:
+                        break
+                    force[i, column], frequency[i, column], before = here.force, here.frequency, float(values[i])
+        events = tuple(event for event, _ in followed_ones)
+        return EventCurves(events, sheet.parameters, name, own, values, force, frequency)
 
     def summary(self):
         """How many events, and over which forces."""

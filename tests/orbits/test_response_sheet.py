@@ -98,3 +98,15 @@ def test_without_single_term_events_the_range_must_be_told():
     with pytest.raises(ValueError, match="band and force are needed"):
         force_scenario(linear, 9)
     assert len(force_scenario(linear, 5, band=(1, 20), force=(0.1, 1.0))) == 0
+
+
+def test_events_are_followed_as_the_rig_changes(scenario):
+    """Followed from rig to rig, and found on the other rig's own sheet."""
+    curves = scenario.over("cs", [9.3, 9.86, 10.5])
+    assert "hysteresis" not in " ".join(event.kind for event in curves.events)
+    for value, forces in zip(curves.values, curves.force, strict=True):
+        own = [e.force for e in force_scenario(RIG.replace(cs=value), 9) if "hysteresis" not in e.kind]
+        assert forces == pytest.approx(own, rel=1e-7)
+    assert curves.table().shape == (3, 6) and "over cs from 9.3 to 10.5" in curves.summary()
+    far = scenario.over("d0", np.linspace(33.985e-3, 33.9995e-3, 8))
+    assert np.isnan(far.force).any() and "were not reached" in far.summary()

@@ -19,7 +19,7 @@ from .readings import readings_figure
 from .record import record_figure
 from .response import detached_curves_figure, force_scenario_figure, frequency_response_figure
 from .rig import rig_figure
-from .sheet import sheet_amplitude_figure, sheet_figure
+from .sheet import event_curves_figure, sheet_amplitude_figure, sheet_figure
 from .sine_test import distortion_figure, sine_test_figure
 from .spectrum import spectrum_figure
 from .statics import statics_figure
@@ -29,10 +29,10 @@ from .wire_law import wire_law_figure
 
 __all__ = [
     "attractors_figure", "basins_figure", "branches_figure", "design_figure", "detached_curves_figure",
-    "distortion_figure", "existence_chart_figure", "force_scenario_figure", "frequency_response_figure",
-    "harmonics_figure", "identification_figure", "integrity_figure", "margins_figure", "modes_figure",
-    "nonlinear_coefficient_figure", "orbits_figure", "readings_figure", "receptance_figure", "record_figure",
-    "response_surface_figure", "rig_figure", "sheet_amplitude_figure", "sheet_figure", "sine_test_figure",
-    "singular_value_figure", "spectrum_figure",
-    "statics_figure", "subharmonics_figure", "tap_map_figure", "tolerance_study_figure", "wire_law_figure",
+    "distortion_figure", "event_curves_figure", "existence_chart_figure", "force_scenario_figure",
+    "frequency_response_figure", "harmonics_figure", "identification_figure", "integrity_figure", "margins_figure",
+    "modes_figure", "nonlinear_coefficient_figure", "orbits_figure", "readings_figure", "receptance_figure",
+    "record_figure", "response_surface_figure", "rig_figure", "sheet_amplitude_figure", "sheet_figure",
+    "sine_test_figure", "singular_value_figure", "spectrum_figure", "statics_figure", "subharmonics_figure",
+    "tap_map_figure", "tolerance_study_figure", "wire_law_figure",
 ]  # fmt: skip

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...design.variation import unit_of
 from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, in_runs, legend, log_scale, style, subplots
 
 _LOOKS = {
@@ -37,7 +38,9 @@ def sheet_figure(result, *, ax=None, force=None):
         for name, locus in sheet.lines:
             color, line = _LOOKS[locus.kind]
             line = line if name == locus.kind else "--"
-            axes.plot(locus.frequency, locus.force, color=color, linestyle=line, linewidth=1.2, label=name)
+            force_there = _shown(sheet, locus, locus.force)
+            if np.isfinite(force_there).any():
+                axes.plot(locus.frequency, force_there, color=color, linestyle=line, linewidth=1.2, label=name)
         for number, event in enumerate(events, 1):
             axes.plot(event.frequency, event.force, "o", color="k", markersize=5)
             axes.annotate(str(number), (event.frequency, event.force), xytext=(6, 4), textcoords="offset points")
@@ -71,13 +74,47 @@ def sheet_amplitude_figure(result, *, ax=None, forces=None):
     with style():
         figure, axes = subplots(1, 1, alt=alt, ax=ax, height=5.5)
         for number, force in enumerate(forces):
+            color = colors[number % len(colors)]
+            axes.plot([], [], color=color, label=f"{force:.3g} N")
             for branch in result.at(float(force)):
-                height = 1e3 * abs(branch.relative[:, branch.period])
-                in_runs(axes, branch, height, f"{force:.3g} N", color=colors[number % len(colors)], linewidth=1.2)
+                in_runs(axes, branch, 1e3 * abs(branch.relative[:, branch.period]), None, color=color, linewidth=1.2)
         for name, locus in result.lines:
-            if locus.kind == "fold":
-                axes.plot(locus.frequency, 1e3 * locus.amplitude, color=GREY, linewidth=1, label=f"{name} line")
+            height = _shown(result, locus, 1e3 * locus.amplitude)
+            if locus.kind == "fold" and np.isfinite(height).any():
+                axes.plot(locus.frequency, height, color=GREY, linewidth=1, label=f"{name} line")
         axes.set(xlim=result.band, xlabel="frequency [Hz]", ylabel="amplitude of z [mm]")
         log_scale(axes, (1, 2, 5))
+        legend(axes, ax=ax, columns=4, title="stable orbits solid, unstable ones dashed")
+        return figure
+
+
+def _shown(sheet, locus, values):
+    """Values along a line, NaN outside the sheet's band and forces."""
+    (low, high), (least, most) = sheet.band, sheet.force
+    inside = (low <= locus.frequency) & (locus.frequency <= high) & (least <= locus.force) & (locus.force <= most)
+    return np.where(inside, values, np.nan)
+
+
+def event_curves_figure(result, *, ax=None, force=None):
+    """Forces of converged events over one number of the rig: curves between which its pieces come and go.
+
+    Parameters
+    ----------
+    result : EventCurves
+    ax : axes, optional
+    force : float, optional
+        A force (N) to be marked.
+    """
+    names = ", ".join(event.kind for event in result.events)
+    alt = f"Forces in newtons, logarithmic, over {result.name}, at which these events happen: {names}."
+    colors = (SKY, BLUE, GREEN, ORANGE, RED, PURPLE, "k")
+    with style():
+        figure, axes = subplots(1, 1, alt=alt, ax=ax, height=4.5)
+        for column, event in enumerate(result.events):
+            axes.plot(result.values, result.force[:, column], color=colors[column % len(colors)], label=event.kind)
+        axes.axvline(result.own, color=GREY, linewidth=0.9, label="this rig")
+        if force is not None:
+            axes.axhline(force, color=ORANGE, linestyle="-.", label=f"{force:g} N")
+        axes.set(yscale="log", xlabel=f"{result.name} [{unit_of(result.name)}]", ylabel="force amplitude [N]")
         legend(axes, ax=ax, columns=3)
         return figure

@@ -49,6 +49,10 @@ EXAMPLES = {
     "design_figure": (lambda: rigsim.design_for_detached_curve(RIG, 3.18, {"force": (2.5, 7.0)}), "design", {}, 1),
     "detached_curves_figure": (lambda: rigsim.detached_curves(RIG, 3.18), "response", {}, 3),
     "distortion_figure": (shaken, "distortion", {}, 3),
+    "event_curves_figure": (
+        lambda: rigsim.force_scenario(RIG, 3, band=(50, 60), force=(2.5, 4)).over("cs", [9.5, 9.86, 10.2]), "curves",
+        {"force": 3.18}, 1,
+    ),
     "existence_chart_figure": (
         lambda: rigsim.existence_chart(RIG, 3.18, ("d0", 33.985e-3, 34.001e-3), ("force", 0.3, 8.0), points=(9, 9)),
         "chart",
