@@ -177,7 +177,8 @@ def shoot_orbit(parameters, force, frequency, state, law=None, *, period=1, iter
     else:
         status = Status.NOT_CONVERGED
         message = f"not converged in {iterations} Newton steps: the state changes by {residual:.1e} of the orbit's size"
-    lines = np.fft.rfft(path, axis=0)[: samples // 3] * (2 / samples)
+    with np.errstate(invalid="ignore"):  # of a path that left all bounds
+        lines = np.fft.rfft(path, axis=0)[: samples // 3] * (2 / samples)
     lines[0] /= 2
     shaker, mass = lines.T
     return ShotOrbit(frequency, period, law, state, values, shaker, mass, shaker - mass, residual, status, message)
