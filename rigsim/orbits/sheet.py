@@ -39,7 +39,7 @@ from .loci import BREAKING, DOUBLING, FOLD, TORUS, Sheet, apart, locus
 from .stability import IMAGINARY, hill_multipliers, test_values
 
 SLICES = 24  # over a band
-_BEYOND = 2.0  # loci are followed to this many times the band's upper end, and to its lower end over that
+_BEYOND = 1.25  # loci are followed to this many times the band's upper end, and to its lower end over that
 _START = 1e-3  # of the force wanted, where a slice begins as the linear response
 _CEILING = 3.0  # times the force wanted, and at least as often the upper fold level of single-term theory
 _HIGHEST = 30.0  # times the force wanted, beyond which no slice is followed

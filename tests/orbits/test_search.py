@@ -1,4 +1,4 @@
-"""Another search than ours: many starts of shooting in time, on random rigs; whatever it finds must be on the curves."""
+"""A search other than ours: shooting in time from many starts, on random rigs; what it finds must be on the curves."""
 
 import numpy as np
 import pytest
