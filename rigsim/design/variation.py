@@ -49,11 +49,6 @@ def names_of(parameters):
     return ("force", *_FIELDS, *wires, *_STIFFNESS, *_GROUPS)
 
 
-def unit_of(name):
-    """SI unit of a name of `names_of`, "1" of a non-dimensional one."""
-    return _UNITS.get(name) or "1"
-
-
 def built_names(parameters):
     """The names that a builder decides: the fields of the tables, and the force."""
     oscillator_of(parameters)

@@ -19,6 +19,8 @@ from ..results import Result, Status
 
 _STAGES = 6  # midpoint rules of 2, 4, ..., 12 substeps: order 12
 _ANGLE = 0.6  # rad of the fastest motion in a step
+_COARSER = 1.2  # steps longer than that are shortened before an orbit is believed
+_MOST = 50  # times shorter at once
 _FEWEST = 64  # steps to a forcing period, also the samples its lines are read from
 _RETURNED = 1e-9  # of the orbit's own size: converged, since the Newton step before was quadratic
 
@@ -167,8 +169,16 @@ def shoot_orbit(parameters, force, frequency, state, law=None, *, period=1, iter
         monodromy = end[1:].T
         size = np.abs(path).max() * np.array([1, 1, omega, omega])
         residual = float(np.max(np.abs(end[0] - state) / size)) if np.isfinite(end).all() else np.inf
-        if residual < _RETURNED or not np.isfinite(residual):
+        if not np.isfinite(residual):
             break
+        if residual < _RETURNED:
+            needed = _samples(constants, omega, period, abs(path[:, 0] - path[:, 1]).max())
+            if needed <= samples * _COARSER:
+                break
+            # The orbit is larger than the start told: its steps were too long, and it may be none.
+            samples, residual = min(needed, _MOST * samples), np.inf
+            path = np.empty((samples, 2))
+            continue
         state = state - np.linalg.solve(monodromy - np.eye(4), end[0] - state)
     values = np.linalg.eigvals(monodromy).astype(complex) if np.isfinite(monodromy).all() else np.full(4, np.nan + 0j)
     values = values[np.argsort(-abs(values))]

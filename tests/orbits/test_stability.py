@@ -203,3 +203,13 @@ def test_curves_of_twice_the_period_join_the_doublings():
         assert shot.relative[:8] == pytest.approx(doubled.relative[i, :8], abs=1e-6 * abs(shot.relative[2]))
         assert apart(shot.multipliers, doubled.multipliers[i]) < 1e-4  # over two periods, from a truncated orbit
     assert not periodic_orbits(rig, FORCE, (40, 80), period=2)
+
+
+def test_an_orbit_larger_than_its_start_is_not_believed_with_steps_too_long():
+    """Steps chosen for the start turned a wild state into an "orbit" a hundred times the response; there is none."""
+    rig = OscillatorParameters(1.0, 1.0, 0.03722345744227316, 0.1838036048700382, 0.0021224834198108416,
+                               1.8074986424311482e-05, 0.1364192240509811)  # fmt: skip
+    state = [-10.08059855, 50.51466283, 471.22499066, -2561.0380802]
+    for share in (1.0, 0.1, 0.03):
+        shot = shoot_orbit(rig, 1.0, 0.230500769253678, share * np.array(state), "cubic", iterations=40)
+        assert not shot.converged or abs(shot.relative).max() < 20

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...design.variation import unit_of
+from ...design.variation import quantity
 from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, in_runs, legend, log_scale, style, subplots
 
 _LOOKS = {
@@ -108,13 +108,17 @@ def event_curves_figure(result, *, ax=None, force=None):
     names = ", ".join(event.kind for event in result.events)
     alt = f"Forces in newtons, logarithmic, over {result.name}, at which these events happen: {names}."
     colors = (SKY, BLUE, GREEN, ORANGE, RED, PURPLE, "k")
+    item = quantity(result.parameters, 1.0, result.name)
     with style():
         figure, axes = subplots(1, 1, alt=alt, ax=ax, height=4.5)
-        for column, event in enumerate(result.events):
-            axes.plot(result.values, result.force[:, column], color=colors[column % len(colors)], label=event.kind)
-        axes.axvline(result.own, color=GREY, linewidth=0.9, label="this rig")
+        for number, (event, forces) in enumerate(zip(result.events, result.force.T, strict=True)):
+            look = {"color": colors[number % len(colors)], "label": f"{number + 1} {event.kind}"}
+            axes.plot(item.factor * result.values, forces, **look)
+        axes.axvline(item.factor * result.own, color=GREY, linewidth=0.9, label="this rig")
         if force is not None:
             axes.axhline(force, color=ORANGE, linestyle="-.", label=f"{force:g} N")
-        axes.set(yscale="log", xlabel=f"{result.name} [{unit_of(result.name)}]", ylabel="force amplitude [N]")
+        log_scale(axes, (1, 2, 5))
+        axes.ticklabel_format(axis="x", useOffset=False)
+        axes.set(xlabel=f"{result.name} [{item.shown_unit}]", ylabel="force amplitude [N]")
         legend(axes, ax=ax, columns=3)
         return figure
