@@ -11,7 +11,7 @@ from .harmonic_balance import residual
 
 LADDER = (9, 13, 19, 27, 39, 55)  # numbers of harmonics that are tried in turn
 _WIDER = 3
-_THINNED = 40  # orbits of a curve that tell its error
+_THINNED = 16  # orbits of a curve, evenly along it, that tell its error
 
 
 def neglected(equations, points):
@@ -28,10 +28,10 @@ def neglected(equations, points):
     return result
 
 
-def worst(curves):
-    """Largest error of a sequence of (equations, points), from some orbits of each."""
-    thinned = [(equations, points[:: max(1, len(points) // _THINNED)]) for equations, points in curves]
-    return max((float(neglected(*one).max()) for one in thinned), default=0.0)
+def worst(equations, points):
+    """Largest error along a curve, from some of its orbits and their largest ones."""
+    some = {*range(0, len(points), max(1, len(points) // _THINNED)), *np.abs(points[:, :-1]).argmax(axis=0).tolist()}
+    return float(neglected(equations, points[sorted(some)]).max())
 
 
 def next_rung(harmonics, error, tolerance):

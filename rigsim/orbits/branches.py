@@ -103,12 +103,13 @@ class OrbitBranch(Result):
         See `rigsim.orbits.stability`. Where a verdict could turn, the largest being close to one, they are those of
         the same orbit found by shooting, unless its `error` is too large for it to be the same.
         """
-        values = hill_multipliers(*self.equations())
-        for i in np.flatnonzero(abs(abs(values[:, 0]) - 1) < _CLOSE):
-            if self.error[i] < _ROUGH and (shot := self.shoot(i)).converged:
-                line = self.relative[i, self.period]
-                if abs(shot.relative[self.period] - line) < 10 * _ROUGH * abs(line):
-                    values[i] = shot.multipliers
+        equations, points = self.equations()
+        values = hill_multipliers(equations, points)
+        close = np.flatnonzero(abs(abs(values[:, 0]) - 1) < _CLOSE)
+        for i in close[neglected(equations, points[close]) < _ROUGH]:
+            shot, line = self.shoot(i), self.relative[i, self.period]
+            if shot.converged and abs(shot.relative[self.period] - line) < 10 * _ROUGH * abs(line):
+                values[i] = shot.multipliers
         return values
 
     @cached_property

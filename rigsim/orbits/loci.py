@@ -101,14 +101,17 @@ class Sheet:
         equations, columns = (self.equations, slice(None)) if kind == FOLD else (self.wider, self._columns)
         x = y[:-1] if kind == FOLD else equations.widened(self.equations, y[:-1])
         system = equations.system  # the force is no part of these matrices
-        rows = np.arange(x.size - 1) if kind == FOLD else breaking_rows(x.size, 0 if kind == BREAKING else 1)
-        matrix = np.zeros((rows.size + 1, rows.size + 1))
-        matrix[:-1, :-1] = residual(system, x)[1][np.ix_(rows, rows)]
+        rows = breaking_rows(x.size, 0 if kind == BREAKING else 1) if kind != FOLD else slice(x.size - 1)
+        block = residual(system, x)[1][rows][:, rows]
+        size = len(block)
+        matrix = np.zeros((size + 1, size + 1))
+        matrix[:-1, :-1] = block
         if frame is None:
-            left, _, right = np.linalg.svd(matrix[:-1, :-1])
+            left, _, right = np.linalg.svd(block)
             frame = left[:, -1], right[-1]
         matrix[:-1, -1], matrix[-1, :-1] = frame
-        unit = np.append(np.zeros(rows.size), 1.0)
+        unit = np.zeros(size + 1)
+        unit[-1] = 1
         right, left = np.linalg.solve(matrix, unit), np.linalg.solve(matrix.T, unit)
         value, right, left = right[-1], right[:-1], left[:-1]
         probe = np.zeros(x.size)

@@ -115,7 +115,8 @@ def explored_with(
         checks.one_of("harmonics", harmonics, ("auto",))
         sheets, coarse = sheets_of(parameters, force, LADDER[0], law, levels), None
         while True:
-            count, error = _error(sheets, force, curves_at(sheets, force, band)[0])
+            count = sheets[0].equations.harmonics
+            error = max(map(max, _errors(sheets, force, curves_at(sheets, force, band)[0])))
             coarse = coarse or (sheets if error <= _NOTICED or count >= _EXPLORED else None)
             if error <= tolerance or count == LADDER[-1]:
                 break
@@ -127,20 +128,21 @@ def judged(parameters, force, band, law, sheets, exploration, tolerance, automat
     """Tuple of `OrbitBranch` at a force (N), and their harmonics: while ``automatic``, more as any error says so."""
     while True:
         found, lost = curves_at(sheets, force, band, exploration)
-        count, error = _error(sheets, force, found)
+        count, errors = sheets[0].equations.harmonics, _errors(sheets, force, found)
+        error = max(map(max, errors))
         if not automatic or error <= tolerance or count >= LADDER[-1]:
             break
         more = next_rung(count, error, tolerance)
         sheets = sheets_of(parameters, sheets[0].equations.force, more, law, len(sheets))
     told = tolerance if automatic else max(tolerance, _NOTICED)
-    return _branches(_systems(sheets, force), found, lost, parameters, law, band, told, period), count
+    remarks = [[_doubt(error, told) for error in some] for some in errors]
+    return _branches(_systems(sheets, force), found, remarks, lost, parameters, law, band, period), count
 
 
-def _error(sheets, force, found):
-    """Number of harmonics, and the largest error of any orbit by lines neglected."""
-    systems = _systems(sheets, force)
-    error = worst((system, curve.points) for system, curves in zip(systems, found, strict=True) for curve in curves)
-    return sheets[0].equations.harmonics, error
+def _errors(sheets, force, found):
+    """The largest error by lines neglected of each curve, a list for each sheet; 0 of none."""
+    pairs = zip(_systems(sheets, force), found, strict=True)
+    return [[worst(system, curve.points) for curve in curves] or [0.0] for system, curves in pairs]
 
 
 def _systems(sheets, force):
@@ -193,17 +195,16 @@ def _complete(sheet, system, level, curves, share, band, exploration):
         checked = len(curves)
 
 
-def _branches(systems, found, lost, parameters, law, band, tolerance, period=1):
+def _branches(systems, found, doubts, lost, parameters, law, band, period):
     """Tuple of `OrbitBranch` of what `curves_at` found, of one period, with what they leave open in their messages."""
     branches = []
-    for system, curves in zip(systems, found, strict=True):
+    for system, curves, told in zip(systems, found, doubts, strict=True):
         if system.period != period:
             continue
         joins, remarks = joined(system, curves, *band)
         first = len(branches)
-        for curve, join, remark in zip(curves, joins, remarks, strict=True):
-            remark += _doubt(worst([(system, curve.points)]), tolerance)
-            branches.append(branch_of(system, parameters, law, curve, [first + i for i in join], remark))
+        for curve, join, remark, doubt in zip(curves, joins, remarks, told, strict=False):
+            branches.append(branch_of(system, parameters, law, curve, [first + i for i in join], remark + doubt))
     for frequency, relative in lost if period == 1 else ():
         gaps = [np.hypot(b.frequency / frequency - 1, abs(b.relative[:, 1] / relative - 1)).min() for b in branches]
         near = int(np.argmin(gaps))
@@ -265,7 +266,7 @@ def continue_orbit(
     while True:
         equations, x, tangent = _known_orbit(balance(parameters, force, count, law, period), frequency, relative)
         curve = curve_through(equations, x, tangent, low, high)
-        error = worst([(equations, curve.points)])
+        error = worst(equations, curve.points)
         if not automatic or error <= tolerance or count == LADDER[-1]:
             break
         (frequency,), (relative,) = equations.lines(x[None])[::3]
