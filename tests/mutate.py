@@ -51,6 +51,9 @@ ALSO = {
     "attraction/traps.py": ["attraction/test_attractors.py", "attraction/test_basins.py"],
     "orbits/branches.py": ["orbits/test_periodic_orbits.py", "orbits/test_stability.py"],
     "orbits/continuation.py": ["orbits/test_periodic_orbits.py", "orbits/test_stability.py"],
+    "orbits/curves.py": ["orbits/test_continuation.py", "orbits/test_sheet.py"],
+    "orbits/loci.py": ["orbits/test_response_sheet.py"],
+    "orbits/scenario.py": ["orbits/test_response_sheet.py"],
     "orbits/convergence.py": ["orbits/test_periodic_orbits.py"],
     "orbits/harmonic_balance.py": ["orbits/test_periodic_orbits.py", "orbits/test_stability.py"],
     "orbits/periodic_orbits.py": ["orbits/test_continuation.py", "orbits/test_stability.py"],
@@ -73,7 +76,7 @@ EQUIVALENT = {
     ): "mirrored orbits are found among all, only more slowly",
     (
         "orbits/sheet.py",
-        "return _CEILING * max(1.0, max(math.sqrt(upper / group.gamma), _HIGHEST))",
+        "return _CEILING * max(1.0, max(math.sqrt(upper / group.gamma), _HIGHEST / _CEILING))",
     ): "slices are followed further than they need be",
     ("design/variation.py", "good = np.isfinite(sets[:, -1])"): "a set is NaN throughout or nowhere",
     (

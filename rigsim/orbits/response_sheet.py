@@ -178,8 +178,10 @@ def response_sheet(
     Returns
     -------
     ResponseSheet
-        Symmetric and asymmetric motions and those of twice the period, as far as slices at 24 frequencies meet their
-        folds and branchings; `rigsim.orbits.sheet` says what that covers.
+        Symmetric and asymmetric motions and those of twice the period. Of what is connected with rest it has
+        everything whose folds or branchings a slice at one of 24 frequencies meets, however small its curves
+        (`rigsim.orbits.sheet`). Motions that hang on nothing, as of three periods, are not on it:
+        `.at(force).verdict()` looks for them, from 64 starts at each of eight frequencies, and follows what it meets.
     """
     law = law_of(parameters, law)
     band = checked_band(band)
