@@ -9,8 +9,9 @@ import math
 
 import numpy as np
 
+from .. import checks
 from ..orbits.scenario import EventState, followed, force_scenario
-from .variation import replaced
+from .variation import built_names, replaced
 
 _HALVINGS = 6  # of a change between two rigs over which an event is not followed at once
 
@@ -22,16 +23,20 @@ class Edges:
     ----------
     parameters, force, kind
         See `rigsim.design.margins.margins`.
+    names : iterable of str
+        What will be changed: fields of the parameters, or "force".
     harmonics, law
         See `rigsim.orbits.scenario.force_scenario`.
 
     Raises
     ------
     ValueError
-        If there is no such curve at the force.
+        If there is no such curve at the force, or a name is another.
     """
 
-    def __init__(self, parameters, force, kind, harmonics, law):
+    def __init__(self, parameters, force, kind, names, harmonics, law):
+        for name in names:
+            checks.one_of("quantity", name, built_names(parameters))
         scenario = force_scenario(parameters, harmonics, law)
         low, high = None, EventState(math.nan, math.inf, None)
         for event, state in zip(scenario, scenario.states(), strict=True):

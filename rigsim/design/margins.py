@@ -186,9 +186,7 @@ def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=Non
         force, number = checked_start(parameters, force, kind)
     else:
         force, number = checks.positive("force", force, "N"), kind_number(kind)
-        for name in names:
-            checks.one_of("quantity", name, built_names(parameters))
-        edges = Edges(parameters, force, kind, harmonics, law)
+        edges = Edges(parameters, force, kind, names, harmonics, law)
     items = [quantity(parameters, force, name) for name in names]
     moves = []
     for item in items:

@@ -160,7 +160,7 @@ def tolerance_study(
         drawn = generator.uniform(-1, 1, samples) if uniform else 0.5 * generator.standard_normal(samples)
         values[name] = quantity(parameters, force, name).value + width * drawn
 
-    edges = None if harmonics == 1 else Edges(parameters, force, kind, harmonics, law)
+    edges = None if harmonics == 1 else Edges(parameters, force, kind, widths, harmonics, law)
 
     def judged(changes):
         if edges:

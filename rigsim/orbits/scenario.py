@@ -1,6 +1,6 @@
 """What happens to the pieces of the response as the force grows, in single-term theory or of converged motions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -133,6 +133,7 @@ class ConvergedScenario(ResultSequence):
             birth of hysteresis, no event of the pieces, is left out.
         """
         sheet = self.sheet
+        checks.one_of("name", name, tuple(one.name for one in fields(sheet.parameters)))
         own = checks.real(name, np.mean(getattr(sheet.parameters, name)))
         values = checks.array("values", values)
         followed_ones = [pair for pair in zip(self, self.states(), strict=True) if "hysteresis" not in pair[0].kind]

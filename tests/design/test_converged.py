@@ -44,3 +44,5 @@ def test_what_cannot_be_followed_is_refused():
         margins(RIG, 2.5, harmonics=7)
     with pytest.raises(ValueError, match="quantity = 'gamma'"):
         margins(RIG, 3.18, names=("gamma",), harmonics=7)
+    with pytest.raises(ValueError, match="quantity = 'k1'"):
+        tolerance_study(RIG, 3.18, {"k1": "1 %"}, samples=3, harmonics=7)

@@ -108,5 +108,7 @@ def test_events_are_followed_as_the_rig_changes(scenario):
         own = [e.force for e in force_scenario(RIG.replace(cs=value), 9) if "hysteresis" not in e.kind]
         assert forces == pytest.approx(own, rel=1e-7)
     assert curves.table().shape == (3, 6) and "over cs from 9.3 to 10.5" in curves.summary()
+    with pytest.raises(ValueError, match="name = 'nope'"):
+        scenario.over("nope", [1.0])
     far = scenario.over("d0", np.linspace(33.985e-3, 33.9995e-3, 8))
     assert np.isnan(far.force).any() and "were not reached" in far.summary()
