@@ -16,6 +16,7 @@ from .stability import hill_multipliers, stability_changes
 
 _CLOSE = 5e-3  # of a largest multiplier to the unit circle, where its verdict is judged again
 _ROUGH = 1e-4  # largest error of an orbit whose verdict is judged again
+_ROUNDED = 1 + 1e-9  # relative: two frequencies that are one
 _NEAR = 0.3  # relative distance within which a single-term solution is an orbit's counterpart
 
 
@@ -213,6 +214,18 @@ class PeriodicOrbits(ResultSequence):
     harmonics: int
 
     plots = {"orbits": "orbits_figure"}
+
+    @cached_property
+    def without_stable(self):
+        """Tuple of (low, high) in Hz: the parts of the band where no orbit on these curves is stable."""
+        low, high = self.band
+        runs = [b.frequency[run] for b in self for run, stable in b.runs if stable]
+        reached, gaps = low, []
+        for start, stop in sorted((float(f.min()), float(f.max())) for f in runs):
+            if start > reached * _ROUNDED:
+                gaps.append((reached, start))
+            reached = max(reached, stop)
+        return tuple(gaps) + (((reached, high),) if reached * _ROUNDED < high else ())
 
     def verdict(self, frequencies=None, **options):
         """The `Verdict` on these orbits by integration in time; see `rigsim.orbits.verdict.verdict`."""

@@ -128,6 +128,13 @@ class Sheet:
         slope = [(value(y + _PROBE * d * scale) - value(y - _PROBE * d * scale)) / (2 * _PROBE) for d in basis]
         return value(y), slope @ basis / scale, None
 
+    def shown(self, points):
+        """Frequency (Hz), force (N), and amplitude of z at the forcing frequency (m), of points (k, m + 2)."""
+        one = self.equations
+        row = 2 * int(np.searchsorted(one.orders, one.period)) - int(one.orders[0] == 0)
+        amplitude = one.unit * np.hypot(points[:, row], points[:, row + 1])
+        return points[:, -2] * one.hertz, points[:, -1] * one.force, amplitude
+
     def fitted(self, kind, y):
         """The point of a locus at the same force as y, one of a sheet with other harmonics; or None."""
         normal = np.zeros(self.equations.size + 2)
@@ -190,19 +197,17 @@ class Locus:
     @property
     def frequency(self):
         """(k,) Hz."""
-        return self.points[:, -2] * self.sheet.equations.hertz
+        return self.sheet.shown(self.points)[0]
 
     @property
     def force(self):
         """(k,) N."""
-        return self.points[:, -1] * self.sheet.equations.force
+        return self.sheet.shown(self.points)[1]
 
     @property
     def amplitude(self):
         """(k,) of the line of z at the forcing frequency (m)."""
-        equations = self.sheet.equations
-        row = 2 * int(np.searchsorted(equations.orders, equations.period)) - int(equations.orders[0] == 0)
-        return equations.unit * np.hypot(self.points[:, row], self.points[:, row + 1])
+        return self.sheet.shown(self.points)[2]
 
     @cached_property
     def stationary(self):

@@ -87,7 +87,7 @@ def verdict(orbits, frequencies=None, *, starts=64, seed=0, progress=False):
     ----------
     orbits : PeriodicOrbits
     frequencies : (n,) array_like, optional
-        Hz; by default eight across the band.
+        Hz; by default eight across the band, and the middle of every part of it where no orbit is stable.
     starts : int
         At each frequency; see `rigsim.attraction.attractors.attractors`.
     seed : int
@@ -100,7 +100,8 @@ def verdict(orbits, frequencies=None, *, starts=64, seed=0, progress=False):
     """
     low, high = orbits.band
     if frequencies is None:
-        frequencies = np.geomspace(low, high, _FREQUENCIES + 2)[1:-1]
+        middles = [0.5 * sum(gap) for gap in orbits.without_stable]
+        frequencies = np.sort([*np.geomspace(low, high, _FREQUENCIES + 2)[1:-1], *middles])
     frequencies = checks.array("frequencies", frequencies, "Hz", low=low, high=high)
     members, more = [], []
     with reporting(progress, frequencies.size, "verdict") as report:

@@ -31,3 +31,14 @@ def test_curves_without_their_detached_piece_are_found_wanting():
     verdict = replace(whole, members=tuple(b for b in whole if not b.closed)).verdict([30.0])
     assert verdict.status is Status.DOUBTFUL
     assert verdict.orbits[-1].frequency.max() == pytest.approx(piece.frequency.max(), abs=1e-6)
+
+
+def test_where_no_orbit_is_stable_it_looks_by_itself():
+    """At 500 N nothing of period one lasts over part of the band."""
+    found = periodic_orbits(RIG, 500.0, (40, 60), 27, search="seeds")
+    low, high = found.without_stable[0]
+    assert 40 <= low < high <= 60
+    at = [one.frequency for one in found.verdict(starts=8)]
+    assert 0.5 * (low + high) in at and len(at) == 8 + len(found.without_stable) and at == sorted(at)
+    assert not any(b.stable[(b.frequency > low) & (b.frequency < high)].any() for b in found)
+    assert periodic_orbits(RIG, 3.18, (15, 45), 7).without_stable == ()

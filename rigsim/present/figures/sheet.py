@@ -12,6 +12,8 @@ _LOOKS = {
     "Neimark-Sacker": (RED, ":"),
 }
 
+_LISTED = 16  # events that are named above the picture; of more the table tells
+
 
 def sheet_figure(result, *, ax=None, force=None):
     """Fold lines and lines where stability is lost over frequency and force, events marked and numbered.
@@ -48,8 +50,9 @@ def sheet_figure(result, *, ax=None, force=None):
             axes.axhline(force, color=ORANGE, linestyle="-.", label=f"{force:g} N")
         axes.set(yscale="log", xlim=sheet.band, ylim=sheet.force, xlabel="frequency [Hz]", ylabel="force amplitude [N]")
         legend(axes, ax=ax, columns=3)
-        text = "\n".join(f"{i}  {event.force:.5g} N  {event.kind}" for i, event in enumerate(events, 1))
-        axes.set_title(text, loc="left", fontsize=8)
+        if len(events) <= _LISTED:
+            text = "\n".join(f"{i}  {event.force:.5g} N  {event.kind}" for i, event in enumerate(events, 1))
+            axes.set_title(text, loc="left", fontsize=8)
         return figure
 
 
@@ -82,6 +85,11 @@ def sheet_amplitude_figure(result, *, ax=None, forces=None):
             height = _shown(result, locus, 1e3 * locus.amplitude)
             if locus.kind == "fold" and np.isfinite(height).any():
                 axes.plot(locus.frequency, height, color=GREY, linewidth=1, label=f"{name} line")
+                points = np.array([y for y, _, _ in locus.stationary]).reshape(-1, locus.points.shape[1])
+                frequency, force, amplitude = locus.sheet.shown(points)
+                inside = (force >= low) & (force <= high)
+                look = {"color": "k", "markersize": 5, "linestyle": "none", "label": "pieces come, join or go"}
+                axes.plot(frequency[inside], 1e3 * amplitude[inside], "o", **look)
         axes.set(xlim=result.band, xlabel="frequency [Hz]", ylabel="amplitude of z [mm]")
         log_scale(axes, (1, 2, 5))
         legend(axes, ax=ax, columns=4, title="stable orbits solid, unstable ones dashed")
