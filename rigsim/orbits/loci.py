@@ -10,11 +10,9 @@ coefficients, so the sheet is two-dimensional. A locus is where one more test va
 - *Neimark-Sacker*: the product of a complex pair of multipliers is one.
 
 A singular matrix A is told by g of [[A, b], [c, 0]] (w, g) = (0, 1), which vanishes with its determinant but is of the
-order of one (Griewank and Reddien 1984). The line is followed by arc length in relative lengths, as in
-`rigsim.orbits.continuation`; the test's slope along the sheet is measured by differences along its two directions.
-
-Where F is stationary along a fold line the response's pieces change: the left null vector v of the Jacobian gives
-dF/dOmega = -(v G_Omega)/(v G_F) along it, which knows no cusps.
+order of one; its slope is -v dA w with v the left solution (Griewank and Reddien 1984). The line is followed by
+arc length in relative lengths, as in `rigsim.orbits.continuation`, so through cusps, where Omega and F turn together.
+Where F alone turns along a fold line, it is stationary on the sheet, and the response's pieces change.
 """
 
 import math

@@ -7,7 +7,7 @@ determinant over the even lines changes its sign along it, a line of asymmetric 
 likewise; and from those the lines of motions of twice the period, if asked for.
 
 Every fold, and every place where a line branches off, then starts a *locus* over frequency and force (see
-`rigsim.orbits.loci`), followed far beyond the band and the force. A closed curve of the response at one force turns
+`rigsim.orbits.loci`), followed beyond the band and to ten times the force. A closed curve of the response at one force turns
 back in frequency twice at least, and it does so only where a fold locus passes that force. So curves between two
 slices, however small, are found from there, and need no slice.
 
