@@ -7,9 +7,9 @@ determinant over the even lines changes its sign along it, a line of asymmetric 
 likewise; and from those the lines of motions of twice the period, if asked for.
 
 Every fold, and every place where a line branches off, then starts a *locus* over frequency and force (see
-`rigsim.orbits.loci`), followed beyond the band and to ten times the force. A closed curve of the response at one force turns
-back in frequency twice at least, and it does so only where a fold locus passes that force. So curves between two
-slices, however small, are found from there, and need no slice.
+`rigsim.orbits.loci`), followed beyond the band and to ten times the force. A closed curve of the response at one force
+turns back in frequency twice at least, and it does so only where a fold locus passes that force. So curves between
+two slices, however small, are found from there, and need no slice.
 
 What this covers: all that is connected with rest over frequency and force together, as far as a slice meets its folds
 or branchings. Motions that hang on nothing, as those of period three do, are not among them; see
