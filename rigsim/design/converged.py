@@ -10,10 +10,8 @@ import math
 import numpy as np
 
 from .. import checks
-from ..orbits.scenario import EventState, followed, force_scenario
+from ..orbits.scenario import EventState, followed_to, force_scenario
 from .variation import built_names, replaced
-
-_HALVINGS = 6  # of a change between two rigs over which an event is not followed at once
 
 
 class Edges:
@@ -60,27 +58,24 @@ class Edges:
 
     def moved(self, states, values, before=None):
         """The two events of a rig with ``values`` by name, from those ``states`` of one ``before``; None where lost."""
-        before = before or {}
-        return tuple(one and self._moved(one, before, values, _HALVINGS) for one in states)
+        before = {name: self._usual(name) for name in values} | (before or {})
 
-    def _moved(self, event, before, after, halvings):
+        def rig(share):
+            between = {name: (1 - share) * before[name] + share * value for name, value in values.items()}
+            return replaced(self.parameters, self.force, between)[0]
+
+        return tuple(one and self._moved(rig, one) for one in states)
+
+    def _moved(self, rig, event):
         if math.isinf(event.force):
             return event
         try:
-            found = followed(replaced(self.parameters, self.force, after)[0], event, self.harmonics, self.law)
+            return followed_to(rig, event, self.harmonics, self.law)
         except ValueError:  # no such rig
             return None
-        if found is not None or halvings == 0:
-            return found
-        usual = {name: self._usual(name) for name in after}
-        middle = {name: 0.5 * (before.get(name, usual[name]) + value) for name, value in after.items()}
-        half = self._moved(event, before, middle, halvings - 1)
-        return half and self._moved(half, middle, after, halvings - 1)
 
     def _usual(self, name):
-        if name == "force":
-            return self.force
-        return float(np.mean(getattr(self.parameters, name)))
+        return self.force if name == "force" else float(np.mean(getattr(self.parameters, name)))
 
     def distance(self, states, values):
         """ln(F/F_edge) of the nearer event, positive between them; -infinity if one is lost."""

@@ -7,9 +7,12 @@ the shortest one, says how far the orbit is from theirs. That is an estimate, go
 
 import numpy as np
 
+from .. import checks
+from .continuation import sizes
 from .harmonic_balance import residual
 
 LADDER = (9, 13, 19, 27, 39, 55)  # numbers of harmonics that are tried in turn
+NOTICED = 1e-3  # error of a given number of harmonics that is always told
 _WIDER = 3
 _THINNED = 16  # orbits of a curve, evenly along it, that tell its error
 
@@ -21,9 +24,8 @@ def neglected(equations, points):
     padded[:, : equations.size], padded[:, -1] = points[:, :-1], points[:, -1]
     result = np.empty(len(points))
     for i, x in enumerate(padded):
-        size = np.append(np.full(x.size - 1, np.linalg.norm(x[:-1])), x[-1])
         values, jacobian = residual(wider.system, x)
-        jacobian = jacobian * size
+        jacobian = jacobian * sizes(x)
         result[i] = np.linalg.norm(jacobian.T @ np.linalg.solve(jacobian @ jacobian.T, values))
     return result
 
@@ -34,8 +36,28 @@ def worst(equations, points):
     return float(neglected(equations, points[sorted(some)]).max())
 
 
-def next_rung(harmonics, error, tolerance):
-    """The rung of the `LADDER` that should meet the tolerance, as errors fall geometrically; two up at most."""
-    wanted = harmonics * np.log(tolerance) / np.log(min(error, 0.5))
-    above = [rung for rung in LADDER if rung > harmonics][:2]
-    return next((rung for rung in above if rung >= wanted), above[-1])
+def climbed(attempt, harmonics, tolerance, first=LADDER[0]):
+    """What ``attempt(count)`` gives, a result and its error, with a given number of harmonics, or with enough: "auto".
+
+    Then the `LADDER` is climbed from ``first`` until the error meets the tolerance, at most two rungs at once: errors
+    fall geometrically.
+    """
+    if not isinstance(harmonics, str):
+        return attempt(harmonics)
+    checks.one_of("harmonics", harmonics, ("auto",))
+    count = first
+    while True:
+        result, error = attempt(count)
+        above = [rung for rung in LADDER if rung > count][:2]
+        if error <= tolerance or not above:
+            return result, error
+        wanted = count * np.log(tolerance) / np.log(min(error, 0.5))
+        count = next((rung for rung in above if rung >= wanted), above[-1])
+
+
+def doubt(error, harmonics, tolerance):
+    """The remark, to a power of ten, that an error deserves: above the tolerance of "auto", else above `NOTICED`."""
+    if error <= (tolerance if isinstance(harmonics, str) else max(tolerance, NOTICED)):
+        return ""
+    told = 10.0 ** np.floor(np.log10(min(error, 0.1)))  # above that the estimate is none
+    return f"; some orbits are in error by more than {told:.0e}: more harmonics are needed"

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..parameters import OscillatorParameters, RigParameters
-from ..results import Result, ResultSequence, Status
+from ..results import Result, ResultSequence, Status, frame
 from ..theory.amplitude import frequency_response
 from ..theory.floquet import is_stable, runs_of
 from .accuracy import neglected
@@ -176,10 +176,8 @@ class OrbitBranch(Result):
 
     def table(self):
         """`pandas.DataFrame` of the special points."""
-        import pandas as pd
-
         rows = [(p.kind, p.frequency, 1e3 * abs(p.relative), abs(p.multipliers[0])) for p in self.special_points]
-        return pd.DataFrame(rows, columns=["special point", "frequency [Hz]", "|z| [mm]", "largest |multiplier|"])
+        return frame(rows, ["special point", "frequency [Hz]", "|z| [mm]", "largest |multiplier|"])
 
     def summary(self):
         """One line: reach, folds, and how it ends."""
@@ -235,14 +233,12 @@ class PeriodicOrbits(ResultSequence):
 
     def table(self):
         """`pandas.DataFrame`, a row a branch."""
-        import pandas as pd
-
         rows = []
         for b in self:
             reach = b.frequency.min(), b.frequency.max()
             rows.append((b.period, b.symmetric, *reach, len(b.folds), b.stable.mean(), b.message))
         columns = ["period", "symmetric", "from [Hz]", "to [Hz]", "folds", "share stable", "how it ends"]
-        return pd.DataFrame(rows, columns=columns)
+        return frame(rows, columns)
 
     def summary(self):
         """One line: how many branches."""

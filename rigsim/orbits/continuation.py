@@ -9,7 +9,7 @@ a fold or anywhere, until steps are lost in rounding, which is then said.
 The orientation is the sign of the determinant of the Jacobian bordered by the tangent. It is the same all along a
 curve, and another on the far side of a narrow gap to a neighbouring curve, which no other check sees; so steps
 across such gaps are refused. Only where two curves cross (as asymmetric orbits do the symmetric ones) does it change
-at steps of any size; a change that remains at `_CROSSING` is taken for that, and noted.
+at steps of any size; a change that remains at `_CROSSING` is taken for that.
 """
 
 import math
@@ -71,6 +71,11 @@ def _sizes(x):
     for i in range(n):
         total += x[i] * x[i]
     return max(math.sqrt(total), 1e-300), x[n]
+
+
+def sizes(x, others=1):
+    """(n,) the same for every unknown, of which the last ``others`` are no coefficients."""
+    return np.append(np.full(x.size - others, np.linalg.norm(x[:-others])), x[-others:])
 
 
 @compiled
@@ -204,7 +209,7 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
     Returns
     -------
     tuple of ((k, n) array, (k, n) array, list of int, int)
-        Orbits from x on, their tangents, indices of the orbits before which another curve was crossed, and why it
+        Orbits from x on, their tangents, indices of the orbits before which another curve was and why it
         ended; an end of the band is an orbit at exactly that Omega.
     """
     n = x.size
@@ -212,7 +217,6 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
     points[0], tangents[0] = x, unit_tangent(x, tangent)
     start_sizes = _sizes(x)
     count, step = 1, 0.1 * longest
-    crossed = [0 for _ in range(0)]
     orientation, _, _, _ = advance(numbers, law, period, orders, cosine, sine, x, tangents[0], 0.0)
     while count < room:
         here, along = points[count - 1], tangents[count - 1]
@@ -227,16 +231,15 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
             if good and parity >= 0 and count > 1:
                 rows = breaking_rows(n, parity)
                 if _product(new, here, rows) < 0.0 or _product(new, new, rows) < 1e-12 * sizes[0] ** 2:
-                    return points[:count].copy(), tangents[:count].copy(), crossed, MIRROR
+                    return points[:count].copy(), tangents[:count].copy(), MIRROR
             good = good and (sign == orientation or step <= _CROSSING)
         if not good:
             step *= 0.5
             if step < _SHORTEST:
-                return points[:count].copy(), tangents[:count].copy(), crossed, STUCK
+                return points[:count].copy(), tangents[:count].copy(), STUCK
             continue
         if sign != orientation:
             orientation = sign
-            crossed.append(count)
         edge = low if new[n - 1] <= low else high if new[n - 1] >= high else 0.0
         if edge > 0.0:
             share = (edge - here[n - 1]) / (new[n - 1] - here[n - 1])
@@ -245,13 +248,13 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
             if sign == 0.0 or distance(last, here) > 1.5 * step:
                 step *= 0.5
                 if step < _SHORTEST:
-                    return points[:count].copy(), tangents[:count].copy(), crossed, STUCK
+                    return points[:count].copy(), tangents[:count].copy(), STUCK
                 continue
             points[count] = last
             tangents[count] = unit_tangent(last, turned)
             if _dot(tangents[count], along, _sizes(here)) < 0.0:
                 tangents[count] *= -1.0
-            return points[: count + 1].copy(), tangents[: count + 1].copy(), crossed, LOW if edge == low else HIGH
+            return points[: count + 1].copy(), tangents[: count + 1].copy(), LOW if edge == low else HIGH
         if count > 2:
             before, after = here - points[0], new - points[0]
             near = math.sqrt(max(_dot(before, before, start_sizes), _dot(after, after, start_sizes))) < 2.0 * step
@@ -263,7 +266,7 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
                 sign, _, _ = correct(numbers, law, period, orders, cosine, sine, back, normal, level, 10, np.inf)
                 if sign != 0.0 and distance(back, points[0]) < 1e-6:
                     points[count], tangents[count] = points[0], tangents[0]
-                    return points[: count + 1].copy(), tangents[: count + 1].copy(), crossed, CLOSED
+                    return points[: count + 1].copy(), tangents[: count + 1].copy(), CLOSED
         points[count] = new
         tangents[count] = unit_tangent(new, turned)
         count += 1
@@ -271,7 +274,16 @@ def trace(numbers, law, period, orders, cosine, sine, x, tangent, low, high, lon
         if newton > 4:
             wanted = min(wanted, 1.0)
         step = min(longest, step * min(2.0, max(0.5, wanted)))
-    return points, tangents, crossed, FULL
+    return points, tangents, FULL
+
+
+def both_ways(system, x, tangent, low, high, longest, room):
+    """The whole curve through x: its orbits, tangents, and why it ends at its two ends; see `trace`."""
+    points, tangents, code = trace(*system, x, tangent, low, high, longest, room, -1)
+    if code == CLOSED:
+        return points, tangents, (code, code)
+    back, others, other = trace(*system, x, -tangent, low, high, longest, room, -1)
+    return np.concatenate([back[:0:-1], points]), np.concatenate([-others[:0:-1], tangents]), (other, code)
 
 
 @compiled

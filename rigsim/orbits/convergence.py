@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import checks
-from ..results import Result
+from ..results import Result, frame
 from .continuation import advance, unit_tangent
 from .harmonic_balance import balance
 from .periodic_orbits import periodic_orbits
@@ -41,12 +41,9 @@ class HarmonicsWorth(Result):
 
     def table(self):
         """`pandas.DataFrame`, one row a number of harmonics."""
-        import pandas as pd
-
-        columns = ["error of xs", "error of x", "error of z", "shift [Hz]", "pieces", "special points"]
-        values = [*self.error.T, self.shift, self.pieces, self.points]
-        index = pd.Index(self.harmonics, name="harmonics")
-        return pd.DataFrame(dict(zip(columns, values, strict=True)), index=index)
+        columns = ["harmonics", "error of xs", "error of x", "error of z", "shift [Hz]", "pieces", "special points"]
+        values = [self.harmonics, *self.error.T, self.shift, self.pieces, self.points]
+        return frame(dict(zip(columns, values, strict=True)), index="harmonics")
 
     def summary(self):
         """One line: errors of the fewest and of the most harmonics."""

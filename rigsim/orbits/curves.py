@@ -14,10 +14,12 @@ from .continuation import (
     MIRROR,
     STUCK,
     advance,
+    both_ways,
     breaking_signs,
     distance,
     locate_fold,
     place_on,
+    sizes,
     trace,
     unit_tangent,
 )
@@ -62,18 +64,12 @@ def corrected(equations, x):
 def curve_through(equations, x, tangent, low, high):
     """The whole `Curve` through the orbit x from ``low`` to ``high`` (Hz)."""
     edges = low / equations.hertz, high / equations.hertz
-    system = equations.system
-    points, tangents, _, code = trace(*system, x, tangent, *edges, _LONGEST, _ROOM, -1)
-    ends = code, code
-    if code != CLOSED:
-        back, back_tangents, _, other = trace(*system, x, -tangent, *edges, _LONGEST, _ROOM, -1)
-        points = np.concatenate([back[:0:-1], points])
-        tangents = np.concatenate([-back_tangents[:0:-1], tangents])
-        ends = other, code
+    points, tangents, ends = both_ways(equations.system, x, tangent, *edges, _LONGEST, _ROOM)
+    if CLOSED not in ends:
         keep = np.append(True, [distance(a, b) > 1e-12 for a, b in zip(points, points[1:], strict=False)])
         points, tangents = points[keep], tangents[keep]
-    if code != CLOSED and points[0, -1] > points[-1, -1]:
-        points, tangents, ends = points[::-1].copy(), -tangents[::-1], ends[::-1]
+        if points[0, -1] > points[-1, -1]:
+            points, tangents, ends = points[::-1].copy(), -tangents[::-1], ends[::-1]
     return _with_folds(equations, points, tangents, ends)
 
 
@@ -82,8 +78,7 @@ def _with_folds(equations, points, tangents, ends):
     turning = np.flatnonzero(tangents[:-1, -1] * tangents[1:, -1] < 0)
     extra, extra_tangents = [], []
     for i in turning:
-        sizes = np.append(np.full(points.shape[1] - 1, np.linalg.norm(points[i, :-1])), points[i, -1])
-        length = float(np.sum(tangents[i] * (points[i + 1] - points[i]) / sizes**2))
+        length = float(np.sum(tangents[i] * (points[i + 1] - points[i]) / sizes(points[i]) ** 2))
         good, point, tangent = locate_fold(*equations.system, points[i], tangents[i], length)
         if not good:
             point, tangent = min(
@@ -188,7 +183,7 @@ def joined(equations, curves, low, high):
         for i, end in ends:
             points, tangents, _, _ = curves[i]
             x, tangent = (points[0], -tangents[0]) if end == 0 else (points[-1], tangents[-1])
-            outside, _, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM, -1)
+            outside, _, why = trace(*equations.system, x, tangent, *within, _LONGEST, _ROOM, -1)
             back = [
                 j
                 for j, other in ends

@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import brentq
 
-from .continuation import breaking_rows
+from .continuation import breaking_rows, sizes
 from .harmonic_balance import residual
 from .stability import test_values
 
@@ -39,14 +39,15 @@ _CUSP = 1e-5  # of the tangent along Omega where F turns: below it Omega turns t
 _NEAR = 0.3  # relative distance within which a chord is from its line
 
 
-def sizes(y):
-    """Units (m + 2,) of relative length at a point."""
-    return np.append(np.full(y.size - 2, np.linalg.norm(y[:-2])), y[-2:])
-
-
 def apart(one, other):
     """Relative distance of two points, in the sizes at the second."""
-    return float(np.linalg.norm((one - other) / sizes(other)))
+    return float(np.linalg.norm((one - other) / sizes(other, 2)))
+
+
+def _axis(y, column):
+    axis = np.zeros(y.size)
+    axis[column] = 1
+    return axis
 
 
 class _LostError(Exception):
@@ -82,7 +83,7 @@ class Sheet:
         values, known = residual(equations.at_force(y[-1]).system, y[:-1])
         jacobian = np.zeros((values.size, y.size))
         jacobian[:, :-1] = known
-        row = 2 * int(np.searchsorted(equations.orders, equations.period)) - int(equations.orders[0] == 0)
+        row = self._row
         mu, zeta_s = equations.numbers[:2]
         drive = -(y[-2] ** 2) / (1 - (1 + mu) * y[-2] ** 2 + 2j * zeta_s * y[-2])
         jacobian[row, -1], jacobian[row + 1, -1] = -drive.real, drive.imag
@@ -120,7 +121,7 @@ class Sheet:
         return value, np.append(slope[columns], 0.0), frame
 
     def _torus_test(self, y):
-        scale, jacobian = sizes(y), self.at(y)[1]
+        scale, jacobian = sizes(y, 2), self.at(y)[1]
         basis = np.linalg.svd(jacobian * scale)[2][-2:]
         value = lambda there: float(test_values(self.equations, there[None, :-1])[0, 1])  # noqa: E731
         slope = [(value(y + _PROBE * d * scale) - value(y - _PROBE * d * scale)) / (2 * _PROBE) for d in basis]
@@ -129,22 +130,30 @@ class Sheet:
     def shown(self, points):
         """Frequency (Hz), force (N), and amplitude of z at the forcing frequency (m), of points (k, m + 2)."""
         one = self.equations
-        row = 2 * int(np.searchsorted(one.orders, one.period)) - int(one.orders[0] == 0)
-        amplitude = one.unit * np.hypot(points[:, row], points[:, row + 1])
+        amplitude = one.unit * np.hypot(points[:, self._row], points[:, self._row + 1])
         return points[:, -2] * one.hertz, points[:, -1] * one.force, amplitude
 
     def fitted(self, kind, y):
         """The point of a locus at the same force as y, one of a sheet with other harmonics; or None."""
-        normal = np.zeros(self.equations.size + 2)
-        normal[-1] = 1
-        found = self.corrected(kind, resized(y, normal.size, 2), normal)
-        return found and found[0]
+        return self.corrected_at(kind, resized(y, self.equations.size + 2, 2), -1)
+
+    @cached_property
+    def _row(self):
+        """Where the cosine of the line at the forcing frequency stands among the unknowns; its sine follows."""
+        return 2 * int(np.searchsorted(self.equations.orders, self.equations.period)) - int(
+            self.equations.orders[0] == 0
+        )
 
     @cached_property
     def _columns(self):
         """Columns of the wider Jacobian that belong to the unknowns of this sheet, in their order."""
         where = self.wider.widened(self.equations, np.arange(1.0, self.equations.size + 2))
         return np.argsort(where)[-self.equations.size - 1 :]
+
+    def corrected_at(self, kind, y, column):
+        """The point of a locus near y with its Omega (column -2) or F (-1); None if there is none."""
+        found = self.corrected(kind, y, _axis(y, column))
+        return found and found[0]
 
     def corrected(self, kind, y, normal, frame=None, iterations=12):
         """The point of a locus near y in the plane through y across ``normal`` (m + 2,), all in relative lengths.
@@ -154,7 +163,7 @@ class Sheet:
         tuple of ((m + 2,) array, (m + 2,) array, frame, int), or None
             The point, the unit tangent of the locus there in the sizes at y, and the steps taken.
         """
-        scale, new = sizes(y), y
+        scale, new = sizes(y, 2), y
         for count in range(1, iterations + 1):
             values, jacobian = self.at(new)
             test, slope, frame = self.test(kind, new, frame)
@@ -217,9 +226,8 @@ class Locus:
         """Its points, and those at which F or Omega turns along it: so no passage hides between two."""
         found = [(i, apart(y, self.points[i]), y) for column in (-1, -2) for i, y, _ in self._turns(column)]
         found.sort(key=lambda one: one[:2])
-        return (
-            np.insert(self.points, [i + 1 for i, *_ in found], [y for *_, y in found], axis=0) if found else self.points
-        )
+        turns = np.array([y for *_, y in found]).reshape(-1, self.points.shape[1])
+        return np.insert(self.points, [i + 1 for i, *_ in found], turns, axis=0)
 
     def _turns(self, column, tolerance=1e-6):
         """(index of the point before, point, tangent) wherever Omega (column -2) or F (-1) turns along it.
@@ -228,7 +236,7 @@ class Locus:
         """
         values = self.tangents[:, column]
         for i in np.flatnonzero(values[:-1] * values[1:] < 0):
-            start, scale = self.points[i], sizes(self.points[i])
+            start, scale = self.points[i], sizes(self.points[i], 2)
             chord = (self.points[i + 1] - start) / scale
             length = np.linalg.norm(chord)
             chord /= length
@@ -260,11 +268,9 @@ class Locus:
             start[column] = value
             if near is not None and apart(start, near) > _NEAR:
                 continue
-            normal = np.zeros(start.size)
-            normal[column] = 1
-            point = self.sheet.corrected(self.kind, start, normal)
-            if point is not None and not any(apart(point[0], known) < _SAME for known in found):
-                found.append(point[0])
+            point = self.sheet.corrected_at(self.kind, start, column)
+            if point is not None and not any(apart(point, known) < _SAME for known in found):
+                found.append(point)
         return found
 
     def holds(self, y):
@@ -275,11 +281,9 @@ class Locus:
 
 def stationary_near(sheet, y, iterations=15):
     """The point of a fold locus near y where F is stationary along it, by secants over Omega; None if there is none."""
-    normal = np.zeros(y.size)
-    normal[-2] = 1
     last = None
     for _ in range(iterations):
-        found = sheet.corrected(FOLD, y, normal)
+        found = sheet.corrected(FOLD, y, _axis(y, -2))
         if found is None or abs(found[1][-2]) < _CUSP:
             return None
         y, along = found[:2]
@@ -295,13 +299,13 @@ def stationary_near(sheet, y, iterations=15):
         if abs(change) > 0.1 * y[-2]:
             return None
         last = y[-2], slope
-        y = y + along / along[-2] * sizes(y) * change / y[-2]
+        y = y + along / along[-2] * sizes(y, 2) * change / y[-2]
     return None
 
 
 def hessian(sheet, y):
     """Second derivatives (2, 2) of ln F over two directions on the sheet where F is stationary; the directions."""
-    scale = sizes(y)
+    scale = sizes(y, 2)
     jacobian = sheet.at(y)[1] * scale
     left, _, right = np.linalg.svd(jacobian[:, :-2])
     kernel = np.append(right[-1], [0.0, 0.0])
@@ -314,7 +318,7 @@ def hessian(sheet, y):
 
 def locus(sheet, kind, y, inside):
     """The `Locus` through a point y of it, followed both ways while ``inside(y)`` and until it closes, or is lost."""
-    scale = sizes(y)
+    scale = sizes(y, 2)
     _, slope, frame = sheet.test(kind, y)
     row = slope * scale
     along = np.linalg.svd(np.vstack([sheet.at(y)[1] * scale, row / np.linalg.norm(row)]))[2][-1]
@@ -330,13 +334,13 @@ def _followed(sheet, kind, y, along, frame, inside):
     points, tangents, step = [y], [along], _FIRST
     while inside(points[-1]) and len(points) < _ROOM:
         here, along = points[-1], tangents[-1]
-        scale = sizes(here)
+        scale = sizes(here, 2)
         start = here + step * along * scale
         found = sheet.corrected(kind, start, along, frame, 6) if (start[-2:] > 0).all() else None
         good = found is not None
         if good:
             new, towards, next_frame, count = found
-            towards = towards * sizes(start) / scale
+            towards = towards * sizes(start, 2) / scale
             towards /= np.linalg.norm(towards)
             turn = math.acos(max(-1.0, min(1.0, float(towards @ along))))
             good = turn < _TURN and np.linalg.norm((new - here) / scale - step * along) < 0.5 * step
@@ -345,10 +349,10 @@ def _followed(sheet, kind, y, along, frame, inside):
             if step < _SHORTEST:
                 break
             continue
-        before, after = (float(tangents[0] @ ((p - y) / sizes(y))) for p in (here, new))
+        before, after = (float(tangents[0] @ ((p - y) / sizes(y, 2))) for p in (here, new))
         if len(points) > 2 and apart(here, y) < 2 * step and before < 0 <= after and apart(new, y) < 2 * step:
             return [*points, y], [*tangents, tangents[0]], True
-        towards *= scale / sizes(new)
+        towards *= scale / sizes(new, 2)
         points.append(new)
         tangents.append(towards / np.linalg.norm(towards))
         frame = next_frame

@@ -28,7 +28,7 @@ from ..campaign.progress import reporting
 from ..parameters import law_of, oscillator_of
 from ..theory.amplitude import frequency_response
 from ..theory.detached import folds
-from .accuracy import LADDER, next_rung, worst
+from .accuracy import NOTICED, climbed, doubt, worst
 from .branches import PeriodicOrbits
 from .continuation import correct_at, place_on
 from .curves import add_curve, add_curve_at_fold, branch_of, branching_curves, corrected, curve_through, joined
@@ -38,7 +38,6 @@ from .sheet import SLICES, explored, sheets_of
 
 _SEEDS = 24
 _SHARES = (0.03, 0.2, 0.5, 0.8, 0.97)  # of an interval with three solutions
-_NOTICED = 1e-3  # error of a given number of harmonics that is always told
 _EXPLORED = 27  # harmonics with which the sheet is explored, at most; its curves may have more
 _ROUNDING = 1e-8  # even lines below this share of an orbit's largest are none
 
@@ -100,8 +99,7 @@ def periodic_orbits(
         sheets, exploration = explored_with(
             parameters, force, band, law, harmonics, tolerance, period + 1, search == "complete", report=report
         )
-    automatic = isinstance(harmonics, str)
-    branches, count = judged(parameters, force, band, law, sheets, exploration, tolerance, automatic, period)
+    branches, count = judged(parameters, force, band, law, sheets, exploration, harmonics, tolerance, period)
     return PeriodicOrbits(branches, parameters, sheets[0].equations.force, law, band, count)
 
 
@@ -109,40 +107,48 @@ def explored_with(
     parameters, force, band, law, harmonics, tolerance, levels, complete=True, branchings=False, report=None
 ):
     """The first ``levels`` `Sheet` with as many harmonics as ``harmonics`` says, and their `Exploration`, if wanted."""
-    if not isinstance(harmonics, str):
-        sheets = coarse = sheets_of(parameters, force, harmonics, law, levels)
-    else:  # how many harmonics? along what is quickly found
-        checks.one_of("harmonics", harmonics, ("auto",))
-        sheets, coarse = sheets_of(parameters, force, LADDER[0], law, levels), None
-        while True:
-            count = sheets[0].equations.harmonics
-            error = max(map(max, _errors(sheets, force, curves_at(sheets, force, band)[0])))
-            coarse = coarse or (sheets if error <= _NOTICED or count >= _EXPLORED else None)
-            if error <= tolerance or count == LADDER[-1]:
-                break
-            sheets = sheets_of(parameters, force, next_rung(count, error, tolerance), law, levels)
-    return sheets, explored(coarse or sheets, band, branchings, report) if complete else None
+    coarse = []  # the first that will do for the sheet's shape
+
+    def attempt(count):
+        sheets = sheets_of(parameters, force, count, law, levels)
+        if not isinstance(harmonics, str):
+            return sheets, 0.0
+        error = _largest(_errors(sheets, force, curves_at(sheets, force, band)[0]))  # along what is quickly found
+        if error <= NOTICED or count >= _EXPLORED:
+            coarse.append(sheets)
+        return sheets, error
+
+    sheets, _ = climbed(attempt, harmonics, tolerance)
+    return sheets, explored((coarse or [sheets])[0], band, branchings, report) if complete else None
 
 
-def judged(parameters, force, band, law, sheets, exploration, tolerance, automatic, period):
-    """Tuple of `OrbitBranch` at a force (N), and their harmonics: while ``automatic``, more as any error says so."""
-    while True:
-        found, lost = curves_at(sheets, force, band, exploration)
-        count, errors = sheets[0].equations.harmonics, _errors(sheets, force, found)
-        error = max(map(max, errors))
-        if not automatic or error <= tolerance or count >= LADDER[-1]:
-            break
-        more = next_rung(count, error, tolerance)
-        sheets = sheets_of(parameters, sheets[0].equations.force, more, law, len(sheets))
-    told = tolerance if automatic else max(tolerance, _NOTICED)
-    remarks = [[_doubt(error, told) for error in some] for some in errors]
-    return _branches(_systems(sheets, force), found, remarks, lost, parameters, law, band, period), count
+def judged(parameters, force, band, law, sheets, exploration, harmonics, tolerance, period):
+    """Tuple of `OrbitBranch` at a force (N), and their harmonics: those of the ``sheets``, if "auto" more as needed."""
+    known = sheets[0].equations
+    exploration = exploration and exploration.copied()  # whatever is added to it, it stays what it was
+
+    def attempt(count):
+        these = sheets
+        if count != known.harmonics:
+            these = sheets_of(parameters, known.force, count, law, len(sheets))
+        found, lost = curves_at(these, force, band, exploration)
+        errors = _errors(these, force, found)
+        return (these, found, lost, errors), _largest(errors)
+
+    (these, found, lost, errors), _ = climbed(attempt, harmonics, tolerance, known.harmonics)
+    remarks = [[doubt(error, harmonics, tolerance) for error in some] for some in errors]
+    branches = _branches(_systems(these, force), found, remarks, lost, parameters, law, band, period)
+    return branches, these[0].equations.harmonics
 
 
 def _errors(sheets, force, found):
-    """The largest error by lines neglected of each curve, a list for each sheet; 0 of none."""
+    """The largest error by lines neglected of each curve, a list for each sheet."""
     pairs = zip(_systems(sheets, force), found, strict=True)
-    return [[worst(system, curve.points) for curve in curves] or [0.0] for system, curves in pairs]
+    return [[worst(system, curve.points) for curve in curves] for system, curves in pairs]
+
+
+def _largest(errors):
+    return max(error for some in errors for error in some)
 
 
 def _systems(sheets, force):
@@ -203,8 +209,8 @@ def _branches(systems, found, doubts, lost, parameters, law, band, period):
             continue
         joins, remarks = joined(system, curves, *band)
         first = len(branches)
-        for curve, join, remark, doubt in zip(curves, joins, remarks, told, strict=False):
-            branches.append(branch_of(system, parameters, law, curve, [first + i for i in join], remark + doubt))
+        for curve, join, *more in zip(curves, joins, remarks, told, strict=True):
+            branches.append(branch_of(system, parameters, law, curve, [first + i for i in join], "".join(more)))
     for frequency, relative in lost if period == 1 else ():
         gaps = [np.hypot(b.frequency / frequency - 1, abs(b.relative[:, 1] / relative - 1)).min() for b in branches]
         near = int(np.argmin(gaps))
@@ -213,12 +219,6 @@ def _branches(systems, found, doubts, lost, parameters, law, band, period):
         )
         branches[near] = replace(branches[near], message=branches[near].message + remark)
     return tuple(branches)
-
-
-def _doubt(error, tolerance):
-    """The remark that an error above what is tolerated deserves, to a power of ten."""
-    told = 10.0 ** np.floor(np.log10(np.clip(error, 1e-16, 0.1)))  # above that the estimate is none
-    return f"; some orbits are in error by more than {told:.0e}: more harmonics are needed" if error > tolerance else ""
 
 
 def continue_orbit(
@@ -261,18 +261,16 @@ def continue_orbit(
     relative = np.atleast_1d(np.asarray(relative, dtype=complex))
     if relative.ndim != 1 or not np.isfinite(relative).all() or not relative.any():
         raise ValueError(f"relative has shape {relative.shape}; expected one row of finite lines (m), not all zero")
-    automatic = isinstance(harmonics, str)
-    count = checks.one_of("harmonics", harmonics, ("auto",)) and LADDER[0] if automatic else harmonics
-    while True:
+
+    def attempt(count):
+        nonlocal frequency, relative  # with more harmonics it begins from what was found with fewer
         equations, x, tangent = _known_orbit(balance(parameters, force, count, law, period), frequency, relative)
         curve = curve_through(equations, x, tangent, low, high)
-        error = worst(equations, curve.points)
-        if not automatic or error <= tolerance or count == LADDER[-1]:
-            break
         (frequency,), (relative,) = equations.lines(x[None])[::3]
-        count = next_rung(count, error, tolerance)
-    remark = _doubt(error, tolerance if automatic else max(tolerance, _NOTICED))
-    return branch_of(equations, parameters, law, curve, remark=remark)
+        return (equations, curve), worst(equations, curve.points)
+
+    (equations, curve), error = climbed(attempt, harmonics, tolerance)
+    return branch_of(equations, parameters, law, curve, remark=doubt(error, harmonics, tolerance))
 
 
 def _known_orbit(equations, frequency, relative):

@@ -17,8 +17,9 @@ from ..parameters import OscillatorParameters, RigParameters, law_of
 from ..results import Result, frame
 from ..theory.detached import ForceEvent
 from .branches import PeriodicOrbits
+from .continuation import sizes
 from .curves import corrected, curve_through, place_on
-from .loci import FOLD, hessian, sizes
+from .loci import FOLD, hessian
 from .periodic_orbits import checked_band, explored_with, judged
 from .sheet import SLICES, Exploration, from_rest
 
@@ -64,17 +65,9 @@ class ResponseSheet(Result):
         force = checks.real("force", force, "N", low=self.force[0], high=self.force[1])
         checks.one_of("period", period, (1, 2))
         sheets = self.exploration.sheets[: period + 1]
-        branches, count = judged(
-            self.parameters,
-            force,
-            self.band,
-            self.law,
-            sheets,
-            self.exploration,
-            self.tolerance,
-            self.automatic,
-            period,
-        )
+        harmonics = "auto" if self.automatic else self.harmonics
+        settings = self.band, self.law, sheets, self.exploration, harmonics, self.tolerance, period
+        branches, count = judged(self.parameters, force, *settings)
         return PeriodicOrbits(branches, self.parameters, force, self.law, self.band, count)
 
     @cached_property
@@ -86,18 +79,19 @@ class ResponseSheet(Result):
     @cached_property
     def events(self):
         """Tuple of `ForceEvent`, ascending in force: births, deaths, splits, mergers, and what begins to branch off."""
-        found = []
+        found = {}
         for level, loci in enumerate(self.exploration.loci):
             for locus in loci:
                 for y, least, cusp in locus.stationary:
-                    force, frequency = y[-1] * locus.sheet.equations.force, y[-2] * locus.sheet.equations.hertz
+                    (frequency,), (force,), _ = locus.sheet.shown(y[None])
                     inside = self.force[0] <= force <= self.force[1] and self.band[0] <= frequency <= self.band[1]
+                    others = found.setdefault((level, locus.kind), [])
                     if inside and not any(
-                        abs(force / e.force - 1) < _SAME and abs(frequency / e.frequency - 1) < _SAME for e in found
+                        abs(force / e.force - 1) < _SAME and abs(frequency / e.frequency - 1) < _SAME for e in others
                     ):
                         before, after, kind = self._change(level, locus, y, least, cusp)
-                        found.append(ForceEvent(kind, float(force), float(frequency), before, after))
-        return tuple(sorted(found, key=lambda event: event.force))
+                        others.append(ForceEvent(kind, float(force), float(frequency), before, after))
+        return tuple(sorted(sum(found.values(), []), key=lambda event: event.force))
 
     def _change(self, level, locus, y, least, cusp):
         """Pieces before and after an event, and its name."""
@@ -107,19 +101,20 @@ class ResponseSheet(Result):
         if cusp:
             side = f"{name}hysteresis"
             return ((), (side,), f"{side} birth") if least else ((side,), (), f"{side} death")
-        values, vectors = np.linalg.eigh(hessian(locus.sheet, y)[0])
+        bends, frame = hessian(locus.sheet, y)
+        values, vectors = np.linalg.eigh(bends)
         if values[0] * values[1] > 0:
             side = name + (self._side(locus.sheet, y, y[-1]) if level == 0 else "piece")
             return ((), (side,), f"{side} birth") if values[0] > 0 else ((side,), (), f"{side} death")
-        below, above = (self._pieces(level, locus.sheet, y, values[i], vectors[:, i]) for i in (0, 1))
+        below, above = (self._pieces(level, locus.sheet, y, values[i], vectors[:, i] @ frame) for i in (0, 1))
         word = {(2, 1): "merger", (1, 2): "split"}.get((len(below), len(above)), "exchange")
         return below, above, f"{name}{word}: {' + '.join(below)} -> {' + '.join(above)}"
 
-    def _pieces(self, level, sheet, y, bend, vector):
+    def _pieces(self, level, sheet, y, bend, direction):
         """Names of the pieces beside a saddle, where F is below (``bend`` < 0) or above it, along a direction."""
         share = y[-1] * (1 + np.copysign(_NEAR, bend))
         equations = sheet.equations.at_force(share)
-        away = np.sqrt(2 * _NEAR / abs(bend)) * (vector @ hessian(sheet, y)[1]) * sizes(y)
+        away = np.sqrt(2 * _NEAR / abs(bend)) * direction * sizes(y, 2)
         curves = []
         for side in (1, -1):
             found = corrected(equations, (y + side * away)[:-1])

@@ -34,17 +34,14 @@ def followed(parameters, state, harmonics, law):
     return EventState(float(frequency[0]), float(y[-1] * state.force), relative[0])
 
 
-def _followed_to(sheet, state, name, before, value, halvings):
-    found = followed(sheet.parameters.replace(**{name: value}), state, sheet.harmonics, sheet.law)
+def followed_to(rig, state, harmonics, law, start=0.0, stop=1.0, halvings=_HALVINGS):
+    """The `EventState` of ``rig(stop)`` from that of ``rig(start)``, shares of a way between two; None where lost."""
+    found = followed(rig(stop), state, harmonics, law)
     if found is not None or halvings == 0:
         return found
-    middle = 0.5 * (before + value)
-    half = _followed_to(sheet, state, name, before, middle, halvings - 1)
-    return half and _followed_to(sheet, half, name, middle, value, halvings - 1)
-
-
-def _apart(one, other):
-    return abs(one / other - 1)
+    middle = 0.5 * (start + stop)
+    half = followed_to(rig, state, harmonics, law, start, middle, halvings - 1)
+    return half and followed_to(rig, half, harmonics, law, middle, stop, halvings - 1)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,16 +106,12 @@ class ConvergedScenario(ResultSequence):
 
     def states(self):
         """An `EventState` for each event, from which `followed` goes on."""
-        points = [(y, one.sheet.equations) for _, one in self.sheet.lines for y, _, _ in one.stationary]
+        folds = [(y, one.sheet) for one in self.sheet.exploration.loci[0] for y, _, _ in one.stationary]
+        places = np.array([np.ravel(on.shown(y[None])[:2]) for y, on in folds]).reshape(-1, 2)
         result = []
         for event in self:
-            y, equations = min(
-                points,
-                key=lambda p: (
-                    _apart(p[0][-1] * p[1].force, event.force) + _apart(p[0][-2] * p[1].hertz, event.frequency)
-                ),
-            )
-            result.append(EventState(event.frequency, event.force, equations.lines(y[None, :-1])[3][0]))
+            y, on = folds[int(np.abs(places / (event.frequency, event.force) - 1).sum(axis=1).argmin())]
+            result.append(EventState(event.frequency, event.force, on.equations.lines(y[None, :-1])[3][0]))
         return tuple(result)
 
     def over(self, name, values):
@@ -142,12 +135,16 @@ class ConvergedScenario(ResultSequence):
             for side in (np.flatnonzero(values >= own), np.flatnonzero(values < own)[::-1]):
                 here, before = state, own
                 for i in side:
-                    here = _followed_to(sheet, here, name, before, float(values[i]), _HALVINGS)
+                    here = followed_to(self._between(name, before, values[i]), here, sheet.harmonics, sheet.law)
                     if here is None:
                         break
-                    force[i, column], frequency[i, column], before = here.force, here.frequency, float(values[i])
+                    force[i, column], frequency[i, column], before = here.force, here.frequency, values[i]
         events = tuple(event for event, _ in followed_ones)
         return EventCurves(events, sheet.parameters, name, own, values, force, frequency)
+
+    def _between(self, name, before, after):
+        replaced = self.sheet.parameters.replace
+        return lambda share: replaced(**{name: float((1 - share) * before + share * after)})
 
     def summary(self):
         """How many events, and over which forces."""

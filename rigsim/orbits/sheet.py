@@ -17,15 +17,15 @@ or branchings. Motions that hang on nothing, as those of period three do, are no
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..theory.cubic import dynamic_stiffness, fold_levels
 from .continuation import (
-    CLOSED,
     MIRROR,
     advance,
+    both_ways,
     breaking_direction,
     breaking_signs,
     correct_at,
@@ -88,6 +88,10 @@ class Exploration:
     lines: list = field(default_factory=list)
     loci: list = field(default_factory=list)
 
+    def copied(self):
+        """The same, whose loci can be added to without changing these."""
+        return replace(self, loci=[list(known) for known in self.loci])
+
     def add_locus(self, level, kind, y):
         """Follow the locus through the point y, unless it is known."""
         if not any(known.kind == kind and known.holds(y) for known in self.loci[level]):
@@ -146,8 +150,7 @@ def _explore_slice(found, frequency, branchings):
             found.lines[level].append((frequency, line))
             for x in _folds(sheet.equations.at(frequency), line):
                 found.add_locus(level, FOLD, _point(sheet.equations, frequency, x))
-            if sheet.wider:
-                places += _branchings(sheet, level, frequency, line)
+            places += _branchings(sheet, level, frequency, line) if sheet.wider else []
         kind = (BREAKING, DOUBLING)[min(level, 1)]
         for place in places if branchings else ():
             found.add_locus(level, kind, _point(sheet.equations, frequency, place))
@@ -155,7 +158,7 @@ def _explore_slice(found, frequency, branchings):
             for line in lines:
                 for y in _modulations(sheet.equations, frequency, line):
                     found.add_locus(level, TORUS, y)
-        if level + 1 < len(found.sheets):
+        if sheet.wider:
             lines = list(_leaving(sheet, level, frequency, places, ceiling))
 
 
@@ -170,7 +173,7 @@ def from_rest(equations, ceiling):
     if not good:
         return []
     tangent *= math.copysign(1.0, tangent[-1])
-    points, tangents, _, _ = trace(*equations.system, x, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, -1)
+    points, tangents, _ = trace(*equations.system, x, tangent, 0.1 * _START, ceiling, _LONGEST, _ROOM, -1)
     return [Line(points, tangents)]
 
 
@@ -196,12 +199,9 @@ def _modulations(equations, frequency, line):
     pairs = test_values(equations, points)[:, 1]
     for i in np.flatnonzero(pairs[:-1] * pairs[1:] < 0):
         if abs(hill_multipliers(equations, points[i : i + 1])[0].imag).max() > IMAGINARY:
-            y = np.append(points[i], line.points[i, -1])
-            normal = np.zeros(y.size)
-            normal[-2] = 1
-            found = Sheet(equations).corrected(TORUS, y, normal)
-            if found is not None:
-                yield found[0]
+            y = Sheet(equations).corrected_at(TORUS, np.append(points[i], line.points[i, -1]), -2)
+            if y is not None:
+                yield y
 
 
 def branching(one, wider, start, end, sign, parity):
@@ -246,7 +246,7 @@ def leaving(equations, places, parity, reach, longest, room):
                 break
         else:
             continue  # they leave what is followed at once
-        points, tangents, _, code = trace(*equations.system, first, tangent, *reach, longest, room, parity)
+        points, tangents, code = trace(*equations.system, first, tangent, *reach, longest, room, parity)
         points = np.concatenate([place[None], points])
         tangents = np.concatenate([unit_tangent(place, direction)[None], tangents])
         if code == MIRROR:
@@ -270,15 +270,8 @@ def _close_loops(found, frequency):
                 continue
             x = np.append(y[:-2], y[-1])
             along = np.append(np.linalg.svd(sheet.at(y)[1][:, :-2])[2][-1], 0.0)
-            points, tangents, _, code = trace(
-                *at.system, x, unit_tangent(x, along), 0.1 * _START, _HIGHEST, _LONGEST, _ROOM, -1
-            )
-            if code != CLOSED:
-                back, others, _, _ = trace(
-                    *at.system, x, -unit_tangent(x, along), 0.1 * _START, _HIGHEST, _LONGEST, _ROOM, -1
-                )
-                points, tangents = np.concatenate([back[:0:-1], points]), np.concatenate([-others[:0:-1], tangents])
-            line = Line(points, tangents)
+            reach = 0.1 * _START, _HIGHEST
+            line = Line(*both_ways(at.system, x, unit_tangent(x, along), *reach, _LONGEST, _ROOM)[:2])
             found.lines[level].append((frequency, line))
             folds += [_point(sheet.equations, frequency, x) for x in _folds(at, line)]
             folds.append(y)

@@ -14,7 +14,7 @@ from .. import checks
 from ..attraction.attractors import attractors, quasi_random
 from ..campaign.run import run_chunks
 from ..parameters import OscillatorParameters, RigParameters, law_of
-from ..results import Result
+from ..results import Result, frame
 from ..theory.amplitude import frequency_response
 from .branches import OrbitBranch
 from .periodic_orbits import continue_orbit
@@ -132,15 +132,13 @@ class Subharmonics(Result):
 
     def table(self):
         """`pandas.DataFrame`: every motion met, and the line of its spectrum that gives it away."""
-        import pandas as pd
-
         rows = [
             (m.frequency, m.period, 1e3 * m.amplitude, 1e3 * abs(m.relative[m.period]), f, 1e3 * z, 100 * m.share)
             for m in self.motions
             for f, z in [m.giveaway]
         ]
         columns = "frequency [Hz]", "period", "largest |z| [mm]", "|z| at f [mm]", "tell-tale line [Hz]", "its |z| [mm]"
-        return pd.DataFrame(rows, columns=[*columns, "share [%]"])
+        return frame(rows, [*columns, "share [%]"])
 
     def summary(self):
         """One line: how many motions and families."""

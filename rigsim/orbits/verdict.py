@@ -103,32 +103,36 @@ def verdict(orbits, frequencies=None, *, starts=64, seed=0, progress=False):
         middles = [0.5 * sum(gap) for gap in orbits.without_stable]
         frequencies = np.sort([*np.geomspace(low, high, _FREQUENCIES + 2)[1:-1], *middles])
     frequencies = checks.array("frequencies", frequencies, "Hz", low=low, high=high)
-    members, more = [], []
+    members, more, lost = [], [], []
     with reporting(progress, frequencies.size, "verdict") as report:
         for number, frequency in enumerate(frequencies.tolist()):
             members.append(_at(replace(orbits, members=(*orbits, *more)), frequency, starts, seed))
             for one in members[-1].missed:
-                line = one.relative[one.period] if one.period else np.nan
-                if 1 <= one.period <= 3 and not any(
-                    period == one.period and abs(z - line) < _SAME * abs(line)
-                    for branch in more
-                    for period, z, _ in passing(branch, frequency)
-                ):
-                    settings = orbits.band, orbits.harmonics, orbits.law
-                    more.append(
-                        continue_orbit(
-                            orbits.parameters, orbits.force, frequency, one.relative, *settings, period=one.period
-                        )
-                    )
+                if not 1 <= one.period <= 3 or any(_lies_on(one, branch, frequency) for branch in more):
+                    continue
+                known = orbits.parameters, orbits.force, frequency, one.relative
+                settings = orbits.band, orbits.harmonics, orbits.law
+                try:
+                    more.append(continue_orbit(*known, *settings, period=one.period))
+                except ValueError:  # with these harmonics there is no such orbit
+                    lost.append(f"'{one.name}' at {frequency:g} Hz")
             report(number + 1)
     missed = [(one.frequency, a.name) for one in members for a in one.missed]
     told = ", ".join(f"'{name}' at {frequency:g} Hz" for frequency, name in missed)
     message = f"the curves lack {told}" if missed else "every motion met lies on a stable stretch of the curves"
+    if lost:
+        message += f"; with {orbits.harmonics} harmonics no curve was found through {', '.join(lost)}"
     unmet = sum(len(one.unmet) for one in members)
     if unmet:
         message += f"; {unmet} stable orbits were met by no start"
     status = Status.DOUBTFUL if missed else Status.FOUND
     return Verdict(tuple(members), replace(orbits, members=(*orbits, *more)), starts, status, message)
+
+
+def _lies_on(motion, branch, frequency):
+    line = motion.relative[motion.period]
+    known = passing(branch, frequency)
+    return any(period == motion.period and abs(z - line) < _SAME * abs(line) for period, z, _ in known)
 
 
 def _at(orbits, frequency, starts, seed):

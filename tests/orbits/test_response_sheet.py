@@ -112,3 +112,10 @@ def test_events_are_followed_as_the_rig_changes(scenario):
         scenario.over("nope", [1.0])
     far = scenario.over("d0", np.linspace(33.985e-3, 33.9995e-3, 8))
     assert np.isnan(far.force).any() and "were not reached" in far.summary()
+
+
+def test_a_contour_leaves_the_sheet_as_it_was(sheet):
+    before = [[len(known.points) for known in loci] for loci in sheet.exploration.loci]
+    for force in (0.35, 1.36, 7.9):
+        sheet.at(force)
+    assert [[len(known.points) for known in loci] for loci in sheet.exploration.loci] == before

@@ -42,3 +42,14 @@ def test_where_no_orbit_is_stable_it_looks_by_itself():
     assert 0.5 * (low + high) in at and len(at) == 8 + len(found.without_stable) and at == sorted(at)
     assert not any(b.stable[(b.frequency > low) & (b.frequency < high)].any() for b in found)
     assert periodic_orbits(RIG, 3.18, (15, 45), 7).without_stable == ()
+
+
+def test_a_motion_that_cannot_be_followed_is_told(monkeypatch):
+    def refuse(*arguments, **options):
+        raise ValueError("no orbit")
+
+    monkeypatch.setattr("rigsim.orbits.verdict.continue_orbit", refuse)
+    found = periodic_orbits(RIG, 3.18, (20, 60), 9)
+    verdict = found.verdict([40.0])
+    assert "with 9 harmonics no curve was found through 'subharmonic 1/2' at 40 Hz" in verdict.message
+    assert len(verdict.orbits) == len(found) and verdict.status is Status.DOUBTFUL
