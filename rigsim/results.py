@@ -36,6 +36,9 @@ class Status(enum.Enum):
     def __str__(self):
         return self.name.lower().replace("_", " ")
 
+    def __contains__(self, words):
+        return words in self.value
+
 
 def frame(data, columns=None, index=None):
     """`pandas.DataFrame` of rows or columns, under one of them if ``index`` names it; loads pandas at its first use."""
