@@ -4,7 +4,10 @@ How a problem is cut belongs to the problem, not to whoever runs it: a chunk of 
 other neighbours would change the last bits. So the same chunks go to every executor and the results are the same.
 """
 
-from concurrent.futures import as_completed
+import os
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from contextlib import closing, nullcontext
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +15,7 @@ from .. import checks
 from .checkpoint import Checkpoint, fingerprint
 from .code import code_fingerprint
 from .progress import reporting
+from .stop import SLICE, Leased, Stop, Stopped, look
 
 
 def split(count, size):
@@ -27,8 +31,12 @@ def join(results):
     return {name: np.concatenate([result[name] for result in results]) for name in results[0]}
 
 
-def run_chunks(work, chunks, *, description=None, executor=None, progress=False, checkpoint=None, label=""):
+def run_chunks(
+    work, chunks, *, description=None, executor=None, progress=False, checkpoint=None, label="", threads=False
+):
     """Call ``work`` on every chunk.
+
+    Ctrl-C, or a `stop.Stop` that is heeded here, ends it as soon as every chunk in hand has looked up.
 
     Parameters
     ----------
@@ -39,13 +47,15 @@ def run_chunks(work, chunks, *, description=None, executor=None, progress=False,
     description : object
         What else decides the results and is not in the chunks; see `checkpoint.fingerprint` for what it may hold.
     executor : concurrent.futures.Executor, optional
-        Runs the calls; by default they run here, one after the other.
+        Runs the calls; by default they run here, one after the other, or in ``threads``.
     progress : bool or callable
         See `progress.reporting`.
     checkpoint : str or path-like, optional
         File that keeps every finished chunk; given again, it spares what it holds.
     label : str
         Text beside the progress bar.
+    threads : bool
+        Without an executor, a thread for each processor: for compiled work, which leaves the interpreter to the others.
 
     Returns
     -------
@@ -57,22 +67,36 @@ def run_chunks(work, chunks, *, description=None, executor=None, progress=False,
     ValueError
         If the checkpoint is of another problem, begun by other code, or no checkpoint.
     """
-    chunks = list(chunks)
-    if checkpoint is None:
-        return _run(work, chunks, executor, progress, label, {}, lambda number, arrays: None)
-    key = fingerprint(work.__module__, work.__qualname__, chunks, description)
-    with Checkpoint(checkpoint, key, code_fingerprint(work)) as store:
-        return _run(work, chunks, executor, progress, label, store.load(), store.save)
+    chunks, results = list(chunks), {}
+    own = ThreadPoolExecutor(os.cpu_count()) if threads and executor is None else None
+    run = partial(_run, work, chunks, executor or own, partial(reporting, progress, len(chunks), label), results)
+    try:
+        with own or nullcontext():
+            if checkpoint is None:
+                return run(lambda number, arrays: None)
+            key = fingerprint(work.__module__, work.__qualname__, chunks, description)
+            with Checkpoint(checkpoint, key, code_fingerprint(work)) as store:
+                results.update(store.load())
+                return run(store.save)
+    except (KeyboardInterrupt, Stopped) as stopped:
+        done = f"{len(results)} of {len(chunks)} {label or 'parts'} were done"
+        stopped.add_note(
+            f"{done}; nothing is kept, for which the call takes checkpoint= a file name"
+            if checkpoint is None
+            else f"{done} and are kept in {os.fspath(checkpoint)}; the same call goes on from there"
+        )
+        raise
 
 
-def _run(work, chunks, executor, progress, label, results, save):
+def _run(work, chunks, executor, reports, results, save):
     """Run the chunks that ``results`` (dict of number to dict of arrays) lacks; return all in order."""
     waiting = [number for number in range(len(chunks)) if number not in results]
-    with reporting(progress, len(chunks), label) as report:
+    with reports() as report, closing(_finished(work, chunks, waiting, executor)) as finished:
         report(len(results))
-        for number, arrays in _finished(work, chunks, waiting, executor):
-            results[number] = {name: np.asarray(array) for name, array in arrays.items()}
-            save(number, results[number])
+        for number, arrays in finished:
+            arrays = {name: np.asarray(array) for name, array in arrays.items()}
+            save(number, arrays)
+            results[number] = arrays
             report(len(results))
     return [results[number] for number in range(len(chunks))]
 
@@ -81,12 +105,26 @@ def _finished(work, chunks, waiting, executor):
     """Yield (number, result) as the chunks get done."""
     if executor is None:
         for number in waiting:
+            look()
             yield number, work(chunks[number])
         return
-    numbers = {executor.submit(work, chunks[number]): number for number in waiting}
-    try:
-        for future in as_completed(numbers):
-            yield numbers[future], future.result()
-    finally:  # after an error or Ctrl-C nothing more is begun
-        for future in numbers:
-            future.cancel()
+    stop = Stop()
+    with stop.lease() if not isinstance(executor, ThreadPoolExecutor) else nullcontext() as lease:
+
+        def heeding(chunk):
+            with stop.heeded():
+                look()
+                return work(chunk)
+
+        call = Leased(work, lease) if lease else heeding
+        numbers = {executor.submit(call, chunks[number]): number for number in waiting}
+        try:
+            while numbers:
+                look()
+                done, _ = wait(numbers, timeout=SLICE, return_when=FIRST_COMPLETED)
+                for future in done:
+                    yield numbers.pop(future), future.result()
+        finally:  # after an error or Ctrl-C nothing more is begun, and what runs ends
+            stop.ask()
+            for future in numbers:
+                future.cancel()

@@ -1,15 +1,18 @@
 """Monte Carlo over building tolerances: which share of rigs keeps its detached curve, and what decides it."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from .. import checks
+from ..campaign.run import join, run_chunks, split
 from ..results import Result, frame
 from .converged import Edges
 from .variation import half_widths, judge_varied, kind_number, quantity
 
 _COMPARED = 2000  # rigs of the study that are drawn again with one quantity exact, or alone
+_CHUNK, _CONVERGED_CHUNK = 4096, 16  # rigs that are judged at a time, in some 0.1 s
 
 
 @dataclass(frozen=True, repr=False)
@@ -110,6 +113,9 @@ def tolerance_study(
     *,
     harmonics=1,
     law=None,
+    progress=False,
+    executor=None,
+    checkpoint=None,
 ):
     """The share of rigs, built and driven within tolerances, that have a detached curve.
 
@@ -134,6 +140,8 @@ def tolerance_study(
         Uniform between minus and plus the half-width, or normal with it as two standard deviations.
     harmonics, law
         See `rigsim.margins`; with more than one harmonic take some hundred ``samples``, 10 ms each, three times.
+    progress, executor, checkpoint
+        See `rigsim.campaign.run.run_chunks`.
 
     Returns
     -------
@@ -160,23 +168,35 @@ def tolerance_study(
         drawn = generator.uniform(-1, 1, samples) if uniform else 0.5 * generator.standard_normal(samples)
         values[name] = quantity(parameters, force, name).value + width * drawn
 
-    edges = None if harmonics == 1 else Edges(parameters, force, kind, widths, harmonics, law)
-
-    def judged(changes):
-        if edges:
-            distances = edges.judge(changes)
-            return distances > 0, distances
-        counts, distances = judge_varied(parameters, force, changes)
-        return counts[:, number] > 0, distances[:, number]
-
-    kept, distance = judged(values)
     first = {name: drawn[:_COMPARED] for name, drawn in values.items()}
-    alone = {name: share(judged({name: first[name]})[0]) for name in widths}
     nominal = {"force": np.full(min(samples, _COMPARED), force)}  # what is left when the only quantity is exact
-    exact = {
-        name: share(judged({other: drawn for other, drawn in first.items() if other != name} or nominal)[0])
-        for name in widths
-    }
+    but_one = [{other: drawn for other, drawn in first.items() if other != name} or nominal for name in widths]
+    studies = [values, *({name: first[name]} for name in widths), *but_one]
+    converged = None if harmonics == 1 else (parameters, force, kind, tuple(widths), harmonics, law)
+    if converged:
+        _edges(*converged)  # found once, and refused before anything is begun
+    rig = {"parameters": parameters, "force": force, "number": number, "converged": converged}
+    size = _CONVERGED_CHUNK if converged else _CHUNK
+    parts = [(study, part) for study in studies for part in split(len(next(iter(study.values()))), size)]
+    chunks = [rig | {"changes": {name: drawn[part] for name, drawn in study.items()}} for study, part in parts]
+    options = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "batches of rigs"}
+    judged = join(run_chunks(_judge_chunk, chunks, threads=not converged, **options))
+    ends = np.cumsum([len(next(iter(study.values()))) for study in studies])[:-1]
+    kept, *others = np.split(judged["kept"], ends)
+    shares = [share(one) for one in others]
+    alone, exact = (dict(zip(widths, some, strict=True)) for some in (shares[: len(widths)], shares[len(widths) :]))
+    distance = judged["distance"][: len(kept)]
     return ToleranceStudy(
         parameters, force, kind, distribution, seed, widths, values, kept, distance, share(kept), alone, exact
     )
+
+
+def _judge_chunk(chunk):
+    if chunk["converged"]:
+        distance = _edges(*chunk["converged"]).judge(chunk["changes"])
+        return {"kept": distance > 0, "distance": distance}
+    counts, distances = judge_varied(chunk["parameters"], chunk["force"], chunk["changes"])
+    return {"kept": counts[:, chunk["number"]] > 0, "distance": distances[:, chunk["number"]]}
+
+
+_edges = lru_cache(4)(Edges)  # seconds to find, and the same for every chunk of a study
