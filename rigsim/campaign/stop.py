@@ -63,6 +63,7 @@ class Leased:
         self.work, self.lease = work, lease
 
     def __call__(self, chunk):
+        """What the work makes of a chunk."""
         with _heeding(self if os.path.exists(self.lease) else None):
             return self.work(chunk)
 

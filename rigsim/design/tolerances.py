@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from .. import checks
+from ..blas import one_blas_thread
 from ..campaign.run import join, run_chunks, split
 from ..results import Result, frame
 from .converged import Edges
@@ -102,6 +103,7 @@ class ToleranceStudy(Result):
         return frame(rows, columns, index="quantity")
 
 
+@one_blas_thread
 def tolerance_study(
     parameters,
     force,
@@ -191,6 +193,7 @@ def tolerance_study(
     )
 
 
+@one_blas_thread
 def _judge_chunk(chunk):
     if chunk["converged"]:
         distance = _edges(*chunk["converged"]).judge(chunk["changes"])

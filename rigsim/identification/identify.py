@@ -6,6 +6,7 @@ import numpy as np
 from scipy import signal
 
 from .. import checks
+from ..blas import one_blas_thread
 from ..campaign.progress import reporting
 from ..experiment.record import HOLDS, Record
 from ..model.modes import Modes, largest_to_one
@@ -119,6 +120,7 @@ class Identification(Result):
         return table
 
 
+@one_blas_thread
 def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *, progress=False):
     """`Identification` of the rig from a random test.
 
