@@ -15,7 +15,9 @@ from .. import checks
 from .checkpoint import Checkpoint, fingerprint
 from .code import code_fingerprint
 from .progress import reporting
-from .stop import SLICE, Leased, Stop, Stopped, look
+from .stop import SLICE, Lease, Leased, Stop, Stopped, look
+
+_PATIENCE = 2.0  # s for chunks in hand to look up, where the work is stopped
 
 
 def split(count, size):
@@ -108,23 +110,25 @@ def _finished(work, chunks, waiting, executor):
             look()
             yield number, work(chunks[number])
         return
-    stop = Stop()
-    with stop.lease() if not isinstance(executor, ThreadPoolExecutor) else nullcontext() as lease:
+    apart = not isinstance(executor, ThreadPoolExecutor)
+    stop = Lease() if apart else Stop()
+    call = Leased(work, stop) if apart else partial(_heeding, work, stop)
+    numbers = {}
+    try:
+        numbers.update((executor.submit(call, chunks[number]), number) for number in waiting)
+        while numbers:
+            look()
+            done, _ = wait(numbers, timeout=SLICE, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield numbers.pop(future), future.result()
+    finally:  # after an error or Ctrl-C nothing more is begun, and what runs ends
+        stop.ask()
+        wait([future for future in numbers if not future.cancel()], timeout=_PATIENCE)
+        if apart:
+            stop.close()
 
-        def heeding(chunk):
-            with stop.heeded():
-                look()
-                return work(chunk)
 
-        call = Leased(work, lease) if lease else heeding
-        numbers = {executor.submit(call, chunks[number]): number for number in waiting}
-        try:
-            while numbers:
-                look()
-                done, _ = wait(numbers, timeout=SLICE, return_when=FIRST_COMPLETED)
-                for future in done:
-                    yield numbers.pop(future), future.result()
-        finally:  # after an error or Ctrl-C nothing more is begun, and what runs ends
-            stop.ask()
-            for future in numbers:
-                future.cancel()
+def _heeding(work, stop, chunk):
+    with stop.heeded():
+        look()
+        return work(chunk)
