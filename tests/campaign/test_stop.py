@@ -15,6 +15,7 @@ from rigsim.campaign.run import run_chunks
 from rigsim.campaign.stop import Lease, Leased, Stop, Stopped, look, sliced
 
 HEARD = 2.0  # s
+COMPILING = "rigsim: compiling, as a first use does: half a minute at most, then kept\n"
 
 
 def test_work_that_heeds_no_stop_is_never_stopped():
@@ -132,12 +133,14 @@ LONG = {
     "a design": "[design_for_detached_curve(rig, 3.18, ('force', 'c', 'cs'), seed=seed) for seed in range(9)]",
 }
 _SCRIPT = """
-import sys
 import numpy as np
 from rigsim import *
 rig = RigParameters()
 print("begun", flush=True)
-{call}
+try:
+    {call}
+except KeyboardInterrupt:
+    print("stopped", flush=True)
 """
 
 
@@ -154,6 +157,7 @@ def test_ctrl_c_ends_every_long_call(call):
         assert process.poll() is None, "a call that is over cannot be stopped"
         begun = time.monotonic()
         process.send_signal(signal.SIGINT)
+        said = process.stdout.readline()
+        heard = time.monotonic() - begun
         _, errors = process.communicate(timeout=60)
-        assert time.monotonic() - begun < HEARD
-        assert "KeyboardInterrupt" in errors and process.returncode == -signal.SIGINT
+        assert said == "stopped\n" and heard < HEARD and not errors.replace(COMPILING, "")
