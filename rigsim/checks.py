@@ -5,13 +5,13 @@ is computed with in another; a test holds that no check's result is thrown away.
 """
 
 import math
-import numbers
 import operator
 import os
 import reprlib
 from datetime import date, timedelta
 from decimal import Decimal
 from fractions import Fraction
+from numbers import Real
 
 import numpy as np
 
@@ -90,14 +90,11 @@ def _whole(value):
     return number if number == value else None
 
 
-def seed(name, value):
-    """Return the ``value`` of a seed, an int of 0 to 128 bits; see `integer`."""
+def seed(name, value, generator=False):
+    """Return a seed, an int of up to 128 bits, or where ``generator`` says so a `numpy.random.Generator`."""
+    if generator and isinstance(value, np.random.Generator):
+        return value
     return integer(name, value, low=0, high=2**128 - 1)
-
-
-def generator(name, value):
-    """`numpy.random.Generator` of a `seed`, or ``value`` itself where it is one."""
-    return value if isinstance(value, np.random.Generator) else np.random.default_rng(seed(name, value))
 
 
 def flag(name, value):
@@ -142,18 +139,52 @@ def sequence(name, value, kinds, expected, *, min_size=1):
     return tuple(instance(f"{name}[{i}]", one, kinds, expected) for i, one in enumerate(members))
 
 
-def array(name, values, unit="", *, low=-math.inf, high=math.inf, low_open=False, ndim=1, min_size=1, size=None):
+def names(name, value, allowed, each=None):
+    """Return ``value`` as a tuple of at least one of ``allowed``; ``each`` is what an error calls one of them."""
+    if isinstance(value, _NO_SEQUENCE) or not (np.iterable(value) and hasattr(value, "__len__")):
+        raise ValueError(
+            f"{name} = {shown(value)} is not allowed; expected a sequence of {', '.join(map(repr, allowed))}"
+        )
+    if not len(value):
+        raise ValueError(f"{name} is empty; expected at least one name")
+    return tuple(one_of(each or name, one, allowed) for one in value)
+
+
+def integers(name, value, *, low, high=math.inf, size=None):
+    """Return ``value`` as a tuple of `integer`; where ``size`` is not given, one or more, or one alone."""
+    alone = size is None and _is_real(value)
+    if not alone and (isinstance(value, _NO_SEQUENCE) or not (np.iterable(value) and hasattr(value, "__len__"))):
+        wanted = f"{size or 'one or more'} whole numbers of at least {low}"
+        raise ValueError(f"{name} = {shown(value)} is not allowed; expected {wanted}")
+    members = (value,) if alone else tuple(value)
+    if len(members) != (size or max(len(members), 1)):
+        raise ValueError(f"{name} has {len(members)} elements; expected {size or 'at least 1'}")
+    return tuple(integer(name, one, low=low, high=high) for one in members)
+
+
+def one_or_many(name, value, kinds, expected):
+    """List of the instances of ``kinds`` in a sequence of them, or of the one given; see `instance`."""
+    many = np.iterable(value) and hasattr(value, "__len__") and not isinstance(value, _NO_SEQUENCE)
+    return [
+        instance(name, one, kinds, expected) for one in (value if many and not isinstance(value, kinds) else [value])
+    ]
+
+
+def array(
+    name, values, unit="", *, low=-math.inf, high=math.inf, low_open=False, ndim=1, min_size=1, size=None, physical=True
+):
     """Return ``values`` as a float array of ``ndim`` dimensions and ``min_size`` elements or more, all as `real` wants.
 
-    A scalar is widened to one dimension; ``size`` is the number of elements where only one will do. Arrays, sequences
-    and `pandas.Series` are allowed; sets, generators and what holds masked, complex, truth values or text are not.
-    `ValueError` names the first element that is not allowed. An array of floats is not copied.
+    A scalar is widened to one dimension, and ``ndim`` None allows any shape; ``size`` is the number of elements where
+    only one will do. Arrays, sequences and `pandas.Series` are allowed; sets, generators and what holds masked or
+    complex numbers, truth values or text are not. ``physical`` False allows numbers that no rig has. `ValueError` names
+    the first element that is not allowed. An array of floats is not copied.
     """
     wanted = _range(low, high, low_open, unit)
     result = _floats(name, values, unit, wanted)
     if result.ndim == 0 and ndim == 1:
         result = result.reshape(1)
-    if result.ndim != ndim:
+    if ndim is not None and result.ndim != ndim:
         raise ValueError(f"{name} has {result.ndim} dimensions; expected {ndim}")
     if result.size < min_size or (size is not None and result.size != size):
         least = f"at least {min_size}" if size is None else f"{size}"
@@ -163,7 +194,7 @@ def array(name, values, unit="", *, low=-math.inf, high=math.inf, low_open=False
         first = tuple(int(i) for i in np.argwhere(~np.isfinite(result) | below | (result > high))[0])
         place = ", ".join(map(str, first))
         raise ValueError(f"{name}[{place}] = {digits(result[first])}{_space(unit)} is not allowed; expected {wanted}")
-    if result.size:
+    if physical and result.size:
         _physical(name, result.min(), result.max(), unit, low_open and low == 0, wanted)
     return result
 
@@ -217,13 +248,13 @@ def _plain(values):
 
 def pair(name, values, unit="", *, low=0.0, high=math.inf, low_open=True):
     """Return two numbers, the lower one first, as floats; see `array`."""
-    first, second = array(name, values, unit, low=low, high=high, low_open=low_open, size=2).tolist()
-    if not first < second:
-        given = f"({digits(first)}, {digits(second)})"
+    found = array(name, values, unit, low=low, high=high, low_open=low_open)
+    if found.size != 2 or not found[0] < found[1]:
+        given = f"({', '.join(map(digits, found))})" if found.size <= _FEW else f"{found.size} numbers"
         raise ValueError(
             f"{name} = {given}{_space(unit)} is not allowed; expected two numbers, ascending, low below high"
         )
-    return first, second
+    return float(found[0]), float(found[1])
 
 
 def progress(value):
@@ -260,6 +291,11 @@ def checkpoint(value):
     return path
 
 
+def running(told, workers, kept):
+    """What `progress`, `executor` and `checkpoint` return, of the three keywords of long work."""
+    return progress(told), executor(workers), checkpoint(kept)
+
+
 def _keyword(name, value, allowed, wanted):
     try:
         return one_of(name, value, allowed)
@@ -291,7 +327,7 @@ def _is_real(value):
         return value.ndim == 0 and value.dtype.kind in "iuf" and not np.ma.is_masked(value)
     if isinstance(value, (bool, np.bool_, np.timedelta64)):
         return False
-    return isinstance(value, (numbers.Real, Decimal)) or _of_no_dimension(value)
+    return isinstance(value, (Real, Decimal)) or _of_no_dimension(value)
 
 
 def _of_no_dimension(value):

@@ -239,9 +239,17 @@ def oscillator_of(parameters, name="parameters"):
     return checks.instance(name, parameters, kinds, "RigParameters or OscillatorParameters").oscillator
 
 
+_RIG = "RigParameters, since the multi-body rig expects RigParameters"
+
+
 def rig_of(parameters, name="parameters"):
     """``parameters`` themselves if they are `RigParameters`; `ValueError` if not."""
-    return checks.instance(name, parameters, RigParameters, "RigParameters: the multi-body rig expects RigParameters")
+    return checks.instance(name, parameters, RigParameters, _RIG)
+
+
+def rigs_of(parameters):
+    """List of the `RigParameters` in a sequence of them, or of the one given; `ValueError` for anything else."""
+    return checks.one_or_many("parameters", parameters, RigParameters, _RIG)
 
 
 LAWS = ("exact", "cubic")

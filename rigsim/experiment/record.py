@@ -13,6 +13,7 @@ from .formats import FORMATS
 from .lines import strongest_lines
 
 HOLDS = ("zero", "linear", "band-limited")
+_REACH = np.pi / 2  # rad; at a right angle every rig's wires are past theirs
 UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad"}
 _DETAILS = ("hold", "seed", "start", "parameters", "step")
 _KINDS = {kind.__name__: kind for kind in (parameters.RigParameters, parameters.OscillatorParameters)}
@@ -36,7 +37,7 @@ class Record(Result):
         What the force did between samples: kept its value, ran straight to the next
         one, or had nothing above half the sample rate (a measured force).
     tilt : array_like, shape (n,), optional
-        Tilt of the suspended mass, counter-clockwise positive (rad).
+        Tilt of the suspended mass, counter-clockwise positive (rad), less than a right angle.
     seed : int, optional
         Seed of the force.
     start : str, optional
@@ -44,7 +45,7 @@ class Record(Result):
     parameters : RigParameters or OscillatorParameters, optional
         What was tested, where it is known.
     step : float, optional
-        Integration step behind a simulated record (s).
+        Integration step behind a simulated record (s), at most a sample interval.
 
     Raises
     ------
@@ -72,19 +73,23 @@ class Record(Result):
             values = getattr(self, name)
             if values is None and name == "tilt":
                 continue
-            channel, n = np.array(checks.array(name, values, unit, min_size=2)), np.size(self.force)
+            reach = _REACH if name == "tilt" else np.inf
+            values = checks.array(name, values, unit, min_size=2, low=-reach, high=reach, physical=False)
+            channel = np.array(values)  # a copy of its own
+            n = channel.size if name == "force" else self.force.size
             if channel.size != n:
                 raise ValueError(f"{name} has {channel.size} samples; expected {n}, as many as the force")
             channel.flags.writeable = False
             set_field(name, channel)
         set_field("sample_rate", checks.positive("sample_rate", self.sample_rate, "Hz"))
-        checks.one_of("hold", self.hold, HOLDS)
+        set_field("hold", checks.one_of("hold", self.hold, HOLDS))
         if self.seed is not None:
-            set_field("seed", checks.integer("seed", self.seed, low=0))
+            set_field("seed", checks.seed("seed", self.seed))
         if self.start is not None:
-            checks.one_of("start", self.start, ("rest", "equilibrium"))
+            set_field("start", checks.one_of("start", self.start, ("rest", "equilibrium")))
         if self.step is not None:
-            set_field("step", checks.positive("step", self.step, "s"))
+            longest = (1 + 1e-9) / self.sample_rate  # a sample interval takes one step or more
+            set_field("step", checks.real("step", self.step, "s", low=0.0, low_open=True, high=longest))
         if self.parameters is not None:
             parameters.oscillator_of(self.parameters)
 
@@ -146,9 +151,10 @@ class Record(Result):
         Raises
         ------
         ValueError
-            If there is no such channel, or the record holds no whole period.
+            If there is no such channel, the record holds no whole period, or it has too few samples for that frequency.
         """
-        signal, f = self._signal(channel), checks.real("frequency", frequency, "Hz", low=1 / self.duration)
+        signal, half = self._signal(channel), self.sample_rate / 2
+        f = checks.real("frequency", frequency, "Hz", low=1 / self.duration, high=half)
         periods = int((signal.size + 0.5) / self.sample_rate * f)
         part = signal[-round((periods - periods % 6 or periods) / f * self.sample_rate) :]
         window = np.hanning(part.size + 1)[:-1]
@@ -161,7 +167,8 @@ class Record(Result):
         The channel is one of `channels`, or "relative"; the amplitude is 0 where the ``band`` (a pair in Hz) holds no
         frequency.
         """
-        return strongest_lines(self.time, self._signal(channel), band)[0]
+        signal, band = self._signal(channel), checks.pair("band", band, "Hz", low_open=False)
+        return strongest_lines(self.time, signal, band)[0]
 
     def _signal(self, channel):
         signals = self.channels | {"relative": self.relative}
