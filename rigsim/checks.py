@@ -246,6 +246,18 @@ def _plain(values):
     return all(_plain(row) for row in values if isinstance(row, (list, tuple))) if kinds & {list, tuple} else True
 
 
+def lines(name, values, unit=""):
+    """Return complex amplitudes as an array of one dimension, both parts of each as `array` wants."""
+    try:
+        found = np.atleast_1d(values) if _may_be_array(values) else None
+    except Exception:  # ragged
+        found = None
+    if found is None or found.dtype.kind != "c" or np.ma.is_masked(values):
+        return array(name, values, unit).astype(complex)
+    real_part, imaginary = (array(name, part, unit) for part in (found.real, found.imag))
+    return real_part + 1j * imaginary
+
+
 def pair(name, values, unit="", *, low=0.0, high=math.inf, low_open=True):
     """Return two numbers, the lower one first, as floats; see `array`."""
     found = array(name, values, unit, low=low, high=high, low_open=low_open)

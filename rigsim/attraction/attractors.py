@@ -87,11 +87,11 @@ def attractors(parameters, force, frequency, *, law=None, box=None, starts=256, 
     return _search(Attractors((), flow, box, starts, seed, patience, *none), states)
 
 
-def affordable_states(name, count, parameters, frequency, shared=False):
-    """Refuse more states than memory holds, or than can be run in time until nothing more is expected of them."""
-    periods = 5 + 0.2 * _patience(parameters, frequency)  # few are run to the end of all patience
+def affordable_states(name, count, parameters, frequency, shared=False, at_once=None):
+    """Refuse more states than memory holds ``at_once``, or than can be run in time until most of them are trapped."""
+    periods = 5 + 0.2 * _patience(parameters, frequency)
     affordable(
-        f"{name} = {count:.6g}", memory=_STATE * count, seconds=_PERIOD * count * periods, shared=shared,
+        f"{name} = {count:.6g}", memory=_STATE * (at_once or count), seconds=_PERIOD * count * periods, shared=shared,
         instead="fewer of them",
     )  # fmt: skip
 

@@ -114,7 +114,8 @@ def integrity(
     starts, branch = checks.integer("starts", starts, low=1), checks.text("branch", branch)
     law, n = law_of(parameters, law), frequency.size
     for name, count, most in (("samples", samples, 20), ("starts", starts, 1)):  # twenty balls are many
-        affordable_states(f"{name} at {n} frequencies", most * n * count, parameters, float(frequency.max()))
+        states = most * n * count
+        affordable_states(f"{name} at {n} frequencies", states, parameters, float(frequency.max()), at_once=count)
     amplitude, radius, offset = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 4), np.nan)
     motion, neighbour = np.full(n, -1), np.full(n, -1)
     landscapes, message = [], [""] * n

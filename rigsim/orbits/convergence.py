@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import checks
+from ..parameters import law_of
 from ..results import Result, frame
 from .continuation import advance, unit_tangent
 from .harmonic_balance import balance
@@ -64,7 +65,7 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     band : (float, float)
         Forcing frequencies (Hz).
     harmonics : sequence of int
-        Ascending.
+        Ascending, from 1 to 190.
     law : {"exact", "cubic"}, optional
 
     Returns
@@ -76,7 +77,11 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     ValueError
         If an input is not allowed; see `periodic_orbits`.
     """
-    counts = [checks.integer("harmonics", count, low=1) for count in np.atleast_1d(harmonics)]
+    law, band = law_of(parameters, law), checks.pair("band", band, "Hz")
+    force = checks.positive("force", force, "N")
+    counts = checks.integers("harmonics", harmonics, low=1, high=200 - _BEYOND)
+    if list(counts) != sorted(set(counts)):
+        raise ValueError(f"harmonics = {checks.shown(counts)} is not allowed; expected ascending numbers")
     best = periodic_orbits(parameters, force, band, counts[-1] + _BEYOND, law)
     places = [(point.kind, point.frequency) for branch in best for point in branch.special_points]
     error, shift, pieces, points = [], [], [], []
