@@ -21,7 +21,7 @@ _LARGEST = 2**1024  # of a decimal that becomes an int: "1e999999999" would fill
 # overflows.
 _PHYSICAL = {
     "kg": (1e-20, 1e9), "m": (1e-20, 1e6), "s": (1e-15, 1e9), "N": (1e-20, 1e12), "Hz": (1e-12, 1e9), "rad": (0.0, 1e6),
-    "m/s": (0.0, 1e6), "m/s^2": (0.0, 1e6), "N/m": (1e-20, 1e20), "N s/m": (0.0, 1e15), "N m s/rad": (0.0, 1e15),
+    "m/s": (0.0, 1e6), "m/s^2": (0.0, 1e12), "N/m": (1e-20, 1e20), "N s/m": (0.0, 1e15), "N m s/rad": (0.0, 1e15),
     "N/m^3": (0.0, 1e40),
 }  # fmt: skip
 _FEW = 6  # values of an array that are shown
@@ -217,6 +217,8 @@ def _inside(values, low, high, low_open):
 
 def _floats(name, values, unit, wanted):
     _same_unit(name, values, unit)
+    if isinstance(values, (Decimal, Fraction)):
+        return np.array(real(name, values, unit))
     result = None
     if _may_be_array(values):
         try:
@@ -246,16 +248,17 @@ def _plain(values):
     return all(_plain(row) for row in values if isinstance(row, (list, tuple))) if kinds & {list, tuple} else True
 
 
-def lines(name, values, unit=""):
-    """Return complex amplitudes as an array of one dimension, both parts of each as `array` wants."""
+def lines(name, values, unit="", *, finite=True):
+    """Return complex amplitudes, an array of one dimension, both parts as `array` wants; NaN too unless ``finite``."""
     try:
         found = np.atleast_1d(values) if _may_be_array(values) else None
     except Exception:  # ragged
         found = None
-    if found is None or found.dtype.kind != "c" or np.ma.is_masked(values):
+    if found is None or found.dtype.kind not in "iufc" or np.ma.is_masked(values):
         return array(name, values, unit).astype(complex)
-    real_part, imaginary = (array(name, part, unit) for part in (found.real, found.imag))
-    return real_part + 1j * imaginary
+    lost = np.isnan(found) & (not finite)
+    parts = [array(name, np.where(lost, 0.0, part), unit) for part in (found.real, found.imag)]
+    return np.where(lost, np.nan, parts[0] + 1j * parts[1])
 
 
 def pair(name, values, unit="", *, low=0.0, high=math.inf, low_open=True):

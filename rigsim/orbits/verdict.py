@@ -98,7 +98,8 @@ def verdict(orbits, frequencies=None, *, starts=64, seed=0, progress=False):
     -------
     Verdict
     """
-    low, high = checks.instance("orbits", orbits, PeriodicOrbits, "PeriodicOrbits").band
+    orbits = checks.instance("orbits", orbits, PeriodicOrbits, "PeriodicOrbits")
+    low, high = orbits.band
     starts, seed = checks.integer("starts", starts, low=1), checks.seed("seed", seed)
     progress = checks.progress(progress)
     if frequencies is None:
