@@ -294,16 +294,20 @@ def checkpoint(value):
     wanted = "None or the name of a file"
     if value is None:
         return None
-    if not isinstance(value, (str, os.PathLike)):
-        raise ValueError(f"checkpoint = {shown(value)} is not allowed; expected {wanted}")
-    path = os.fspath(value)
-    if not isinstance(path, str) or not path or "\0" in path:
-        raise ValueError(f"checkpoint = {shown(path)} is not allowed; expected {wanted}")
-    if os.path.isdir(path):
-        raise ValueError(f"checkpoint = {shown(path)} is a folder; expected {wanted}")
-    if not os.path.isdir(os.path.dirname(path) or "."):
-        raise ValueError(f"checkpoint = {shown(path)} lies in no folder that is there; expected {wanted}")
-    return path
+    name = path("checkpoint", value, wanted)
+    if os.path.isdir(name):
+        raise ValueError(f"checkpoint = {shown(name)} is a folder; expected {wanted}")
+    if not os.path.isdir(os.path.dirname(name) or "."):
+        raise ValueError(f"checkpoint = {shown(name)} lies in no folder that is there; expected {wanted}")
+    return name
+
+
+def path(name, value, wanted="the name of a file"):
+    """Return a file's name as text that is not empty."""
+    told = os.fspath(value) if isinstance(value, (str, os.PathLike)) else None
+    if not isinstance(told, str) or not told or "\0" in told:
+        raise ValueError(f"{name} = {shown(value)} is not allowed; expected {wanted}")
+    return told
 
 
 def running(told, workers, kept):

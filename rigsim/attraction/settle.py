@@ -1,20 +1,19 @@
 """States run period by period until a trap holds them, in chunks on every core."""
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
 
 import numpy as np
 
 from ..campaign.run import join, run_chunks, split
+from ..campaign.stop import look
 from ..compiled import compiled
 from .flow import march
 
 _CHUNK = 128  # states that one thread takes at a time
+_SLICE = 1_000_000  # of them times steps between two looks, some 0.1 s
 
 
-def until_trapped(found, states, patience, *, executor=None, label="states", **options):
+def until_trapped(found, states, patience, *, label="states", **options):
     """Run states (n, 4) until the traps of the `Attractors` found hold them, or for ``patience`` periods.
 
     A dict: ``label`` the motion that each state leads to, -1 where none, ``periods`` how many it took, ``states`` the
@@ -23,16 +22,24 @@ def until_trapped(found, states, patience, *, executor=None, label="states", **o
     common = {"numbers": found.flow.numbers, "steps": found.flow.steps, "patience": patience}
     common |= {"points": found.points, "metrics": found.metrics, "owner": found.owner}
     chunks = [common | {"states": states[part]} for part in split(len(states), _CHUNK)]
-    # Compiled loops leave the interpreter to the other threads.
-    with ThreadPoolExecutor(os.cpu_count()) if executor is None else nullcontext(executor) as workers:
-        return join(run_chunks(_settle_chunk, chunks, executor=workers, label=label, **options))
+    return join(run_chunks(_settle_chunk, chunks, label=label, threads=True, **options))
 
 
 def _settle_chunk(chunk):
-    y = np.ascontiguousarray(chunk["states"].T)
-    h = 2 * math.pi / chunk["numbers"][-1] / chunk["steps"]
+    y, steps, patience = np.ascontiguousarray(chunk["states"].T), chunk["steps"], chunk["patience"]
+    h = 2 * math.pi / chunk["numbers"][-1] / steps
     arrays = chunk["points"], chunk["metrics"], chunk["owner"]
-    label, periods = _settle(y, chunk["numbers"], h, chunk["steps"], *arrays, chunk["patience"])
+    label, periods = np.full(y.shape[1], -1), np.full(y.shape[1], patience)
+    slice_ = max(1, _SLICE // (y.shape[1] * steps))
+    for first in range(0, patience + 1, slice_):
+        look()
+        left = np.flatnonzero(label < 0)
+        if not left.size:
+            break
+        states = np.ascontiguousarray(y[:, left])
+        trapped, after = _settle(states, chunk["numbers"], h, steps, *arrays, min(slice_, patience - first))
+        y[:, left], label[left] = states, trapped
+        periods[left[trapped >= 0]] = first + after[trapped >= 0]
     return {"label": label, "periods": periods, "states": y.T}
 
 

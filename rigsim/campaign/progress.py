@@ -2,22 +2,32 @@
 
 from contextlib import contextmanager
 
+from .stop import look
+
 
 @contextmanager
 def reporting(progress, total, label=""):
     """What long work calls as ``report(done)`` whenever more of its ``total`` parts are done.
 
     ``progress`` is True for a bar (in a notebook a widget) with the text ``label`` beside it, False for nothing, or a
-    callable, which is called as ``progress(done, total)``.
+    callable, which is called as ``progress(done, total)``. Each report is a place where the work may be stopped.
     """
+
+    def reported(tell):
+        def report(done):
+            look()
+            tell(done)
+
+        return report
+
     if callable(progress):
-        yield lambda done: progress(done, total)
+        yield reported(lambda done: progress(done, total))
     elif progress is False:
-        yield lambda done: None
+        yield reported(lambda done: None)
     elif progress is True:
         from tqdm.auto import tqdm  # only here, since it loads widgets
 
         with tqdm(total=total, desc=label or None) as bar:
-            yield lambda done: bar.update(done - bar.n)
+            yield reported(lambda done: bar.update(done - bar.n))
     else:
         raise ValueError(f"progress = {progress!r} is not allowed; expected True, False or a callable(done, total)")

@@ -1,10 +1,12 @@
 """The force, or other free numbers of a rig, that keep its detached curve farthest from being lost."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
 from .. import checks
+from ..campaign.progress import reporting
 from ..parameters import oscillator_of
 from ..results import Result, Status, frame
 from .margins import reach
@@ -13,7 +15,8 @@ from .variation import built_names, half_widths, judge_varied, kind_number, quan
 # Moves in tolerances, and how well their ends are found: while searching, and for the designs that are reported.
 _COARSE = {"grid": np.geomspace(1e-2, 30.0, 17), "accuracy": 1e-5}
 _FINE = {"grid": np.geomspace(1e-6, 1e3, 181)}
-_GRID = 61  # values of one free number, the others held
+_GRID, _POLISH = 61, 100  # values of one free number, the others held, and steps to the best of them at most
+_POPULATION, _GENERATIONS = 8, 60  # rigs for each of several free numbers, and how often they are bettered at most
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,7 +80,9 @@ class Design(Result):
         return frame(rows, ["quantity", "unit", "from", "to", "before", "best"], index="quantity")
 
 
-def design_for_detached_curve(parameters, force, free=("force",), kind="inner", tolerances=None, seed=2014):
+def design_for_detached_curve(
+    parameters, force, free=("force",), kind="inner", tolerances=None, seed=2014, *, progress=False
+):
     """The free numbers, within bounds, for which the detached curve survives the largest errors.
 
     What is maximised is the *margin*: the largest t such that any one toleranced quantity may move by t times its
@@ -102,6 +107,8 @@ def design_for_detached_curve(parameters, force, free=("force",), kind="inner", 
         As for `tolerance_study`; per cent are of the value that is being tried. By default ``{"force": "100 %"}``.
     seed : int or numpy.random.Generator
         Only used with several free numbers.
+    progress : bool or callable
+        True shows a bar; a callable is told (rigs tried, rigs to try at most).
 
     Returns
     -------
@@ -119,7 +126,7 @@ def design_for_detached_curve(parameters, force, free=("force",), kind="inner", 
     """
     oscillator_of(parameters)
     force, number = checks.positive("force", force, "N"), kind_number(kind)
-    bounds = _bounds(parameters, force, free)
+    bounds, progress = _bounds(parameters, force, free), checks.progress(progress)
     seed = checks.seed("seed", seed, generator=True)
     tolerances = {"force": "100 %"} if tolerances is None else tolerances
     half_widths(parameters, force, tolerances)  # of each rig that is tried they are found again
@@ -137,7 +144,16 @@ def design_for_detached_curve(parameters, force, free=("force",), kind="inner", 
         # Where slack wires limit the margin it is the same over a range: the other quantities then decide.
         return min(reached.values()) - 1e-3 * sum(1 / max(moves, 1e-9) for moves in reached.values())
 
-    best, status, message = _search(score, low, high, seed)
+    searched = _GRID + _POLISH if len(names) == 1 else _POPULATION * len(names) * (_GENERATIONS + 1)
+    tried = itertools.count(1)
+    with reporting(progress, searched, "rigs tried") as report:
+
+        def counted(point):
+            report(min(next(tried), searched))
+            return score(point)
+
+        best, status, message = _search(counted, low, high, seed)
+        report(searched)
     found = dict(zip(names, best.tolist(), strict=True))
     reached = reached_at(best, **_FINE)
     if isinstance(reached, float):
@@ -206,14 +222,15 @@ def _search(objective, low, high, seed):
         # Scaled to 0..1, for wires differ by parts in ten thousand and forces by multiples.
         found = differential_evolution(
             lambda share: -objective(low + share * (high - low)), [(0, 1)] * low.size,
-            seed=np.random.default_rng(seed), popsize=8, maxiter=60, tol=1e-4, polish=False,
+            seed=np.random.default_rng(seed), popsize=_POPULATION, maxiter=_GENERATIONS, tol=1e-4, polish=False,
         )  # fmt: skip
         best, tried = low + found.x * (high - low), found.nfev
     else:
         values = np.linspace(low[0], high[0], _GRID)
         heights = [objective(np.array([value])) for value in values]
         top = int(np.argmax(heights))
-        bounds, accuracy = values[[max(top - 1, 0), min(top + 1, _GRID - 1)]], {"xatol": 1e-7 * abs(values[top])}
+        bounds = values[[max(top - 1, 0), min(top + 1, _GRID - 1)]]
+        accuracy = {"xatol": 1e-7 * abs(values[top]), "maxiter": _POLISH}
         lost = lambda value: -objective(np.array([value]))  # noqa: E731
         found = minimize_scalar(lost, bounds=bounds, method="bounded", options=accuracy)
         best, tried = np.array([found.x if -found.fun > heights[top] else values[top]]), _GRID + found.nfev

@@ -95,7 +95,9 @@ class ExistenceChart(Result):
         return f"Detached curves over {self.names[0]} and {self.names[1]}, of the map: {shares}"
 
 
-def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101)):
+def existence_chart(
+    parameters, force, x, y, tolerances=None, points=(121, 101), *, progress=False, executor=None, checkpoint=None
+):
     """Where detached curves exist, over any two numbers of a rig, with the curves that bound them.
 
     Every point of a grid is classified, and contours are drawn between those that differ; where a contour crosses a
@@ -116,6 +118,9 @@ def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101))
         As for `tolerance_study`; those of x and y become the box around the rig.
     points : (int, int)
         Grid points along x and y. An axis that spans more than a factor of 20 is spaced evenly in its logarithm.
+    progress, executor, checkpoint
+        See `rigsim.campaign.run.run_chunks`; by default a thread a core. The outlines come after the grid, in about
+        as long again.
 
     Returns
     -------
@@ -132,10 +137,11 @@ def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101))
     """
     oscillator_of(parameters)
     force = checks.positive("force", force, "N")
+    progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
     counts = checks.integers("points", points, low=2, size=2)
     affordable(
         f"points = ({counts[0]}, {counts[1]})", instead="fewer points", memory=_BYTES * counts[0] * counts[1],
-        seconds=3e-5 * counts[0] * counts[1],
+        seconds=3e-5 * counts[0] * counts[1], shared=executor or checkpoint,
     )  # fmt: skip
     axes = [_axis(parameters, force, *axis) for axis in zip("xy", (x, y), counts, strict=True)]
     names = axes[0][0], axes[1][0]
@@ -150,7 +156,9 @@ def existence_chart(parameters, force, x, y, tolerances=None, points=(121, 101))
         return {names[0]: x_of(column), names[1]: y_of(row)}
 
     everywhere = changes(columns.ravel(), rows.ravel())
-    found, distances = judge_varied(parameters, force, everywhere)
+    found, distances = judge_varied(
+        parameters, force, everywhere, progress=progress, executor=executor, checkpoint=checkpoint
+    )
     inner, outer = found.T.reshape(2, *columns.shape)
     outlines = []
     for number, kind in enumerate(KINDS):

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from .. import checks
+from ..campaign.run import join, run_chunks, split
 from ..compiled import compiled, inlinable
 from ..parameters import Nondimensional, oscillator_of
 from ..theory.levels import LOWER, arrange, levels, passed
@@ -17,6 +18,7 @@ from .enclosures import breakpoints
 
 KINDS = ("inner", "outer")
 _SAME = 1.0 + 1e-13  # levels nearer than that are one
+_CHUNK = 4096  # sets that are judged at a time, in some 0.1 s
 
 
 @inlinable
@@ -92,14 +94,22 @@ def _judge_all(sets, counts, distances, doubtful):
             _judge(minus, plus, windows, gamma, counts[i], distances[i])
 
 
-def judge(sets):
+def judge(sets, **options):
     """Numbers of inner and outer detached curves (n, 2), int, and distances of the force from the edges of existence.
 
     ``sets`` (n, 5) are mu, zeta_s, zeta, Omega0, gamma, already checked. Distances (n, 2) are ln(F/F_edge) of the
     nearest force at which the last curve of a kind vanishes, positive where there is one and negative where there is
-    none; -infinity where there is none at any force.
+    none; -infinity where there is none at any force. The options are those of `rigsim.campaign.run.run_chunks`.
     """
+    if not len(sets):
+        return np.zeros((0, 2), dtype=np.int64), np.empty((0, 2))
     sets = np.ascontiguousarray(sets, dtype=float)
+    chunks = [sets[part] for part in split(len(sets), _CHUNK)]
+    found = join(run_chunks(_judge_chunk, chunks, label="sets", threads=len(chunks) > 1, **options))
+    return found["counts"], found["distances"]
+
+
+def _judge_chunk(sets):
     counts, distances = np.zeros((len(sets), 2), dtype=np.int64), np.full((len(sets), 2), -math.inf)
     doubtful = np.zeros(len(sets), dtype=np.bool_)
     _judge_all(sets, counts, distances, doubtful)
@@ -107,7 +117,7 @@ def judge(sets):
         group = Nondimensional(*sets[i].tolist())
         found = levels(group)
         _judge(found.minus, found.plus, found.windows, group.gamma, counts[i], distances[i])
-    return counts, distances
+    return {"counts": counts, "distances": distances}
 
 
 def existence_forces(parameters, kind="inner"):

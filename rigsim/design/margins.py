@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import checks
+from ..blas import one_blas_thread
 from ..orbits.accuracy import checked_harmonics
 from ..parameters import law_of
 from ..results import ResultSequence, frame
@@ -147,6 +148,7 @@ class Margins(ResultSequence):
         return frame(rows, columns, index="quantity")
 
 
+@one_blas_thread
 def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=None):
     """How far each single number may move, all others held, before the rig has no detached curve of a kind.
 

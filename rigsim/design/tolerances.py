@@ -1,11 +1,14 @@
 """Monte Carlo over building tolerances: which share of rigs keeps its detached curve, and what decides it."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from .. import checks
+from ..blas import one_blas_thread
 from ..campaign.cost import affordable
+from ..campaign.run import join, run_chunks, split
 from ..orbits.accuracy import checked_harmonics
 from ..parameters import law_of, oscillator_of
 from ..results import Result, frame
@@ -14,6 +17,7 @@ from .variation import half_widths, judge_varied, kind_number, quantity
 
 _BYTES, _RIG, _CONVERGED = 250, 3e-5, 1e-2  # a rig: bytes, and seconds by single-term theory or converged
 _COMPARED = 2000  # rigs of the study that are drawn again with one quantity exact, or alone
+_CHUNK, _CONVERGED_CHUNK = 4096, 16  # rigs that are judged at a time, in some 0.1 s
 
 
 @dataclass(frozen=True, repr=False)
@@ -103,6 +107,7 @@ class ToleranceStudy(Result):
         return frame(rows, columns, index="quantity")
 
 
+@one_blas_thread
 def tolerance_study(
     parameters,
     force,
@@ -114,6 +119,9 @@ def tolerance_study(
     *,
     harmonics=1,
     law=None,
+    progress=False,
+    executor=None,
+    checkpoint=None,
 ):
     """The share of rigs, built and driven within tolerances, that have a detached curve.
 
@@ -138,6 +146,8 @@ def tolerance_study(
         Uniform between minus and plus the half-width, or normal with it as two standard deviations.
     harmonics, law
         See `rigsim.margins`; with more than one harmonic take some hundred ``samples``, 10 ms each, three times.
+    progress, executor, checkpoint
+        See `rigsim.campaign.run.run_chunks`.
 
     Returns
     -------
@@ -153,6 +163,7 @@ def tolerance_study(
     >>> tolerance_study(RigParameters(), 3.18, {"d0": 1e-6, "force": "2 %"})  # doctest: +SKIP
     """
     oscillator_of(parameters)
+    progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
     force = checks.positive("force", force, "N")
     widths = half_widths(parameters, force, tolerances)
     samples = checks.integer("samples", samples, low=1)
@@ -162,7 +173,7 @@ def tolerance_study(
     each = _RIG if harmonics == 1 else _CONVERGED
     affordable(
         f"samples = {samples}", instead="fewer samples", memory=samples * (_BYTES + 16 * len(widths)),
-        seconds=each * (samples + 2 * len(widths) * min(samples, _COMPARED)),
+        seconds=each * (samples + 2 * len(widths) * min(samples, _COMPARED)), shared=executor or checkpoint,
     )  # fmt: skip
     generator, values = np.random.default_rng(seed), {}
     for name, width in widths.items():
@@ -170,23 +181,36 @@ def tolerance_study(
         drawn = generator.uniform(-1, 1, samples) if uniform else 0.5 * generator.standard_normal(samples)
         values[name] = quantity(parameters, force, name).value + width * drawn
 
-    edges = None if harmonics == 1 else Edges(parameters, force, kind, widths, harmonics, law)
-
-    def judged(changes):
-        if edges:
-            distances = edges.judge(changes)
-            return distances > 0, distances
-        counts, distances = judge_varied(parameters, force, changes)
-        return counts[:, number] > 0, distances[:, number]
-
-    kept, distance = judged(values)
     first = {name: drawn[:_COMPARED] for name, drawn in values.items()}
-    alone = {name: share(judged({name: first[name]})[0]) for name in widths}
     nominal = {"force": np.full(min(samples, _COMPARED), force)}  # what is left when the only quantity is exact
-    exact = {
-        name: share(judged({other: drawn for other, drawn in first.items() if other != name} or nominal)[0])
-        for name in widths
-    }
+    but_one = [{other: drawn for other, drawn in first.items() if other != name} or nominal for name in widths]
+    studies = [values, *({name: first[name]} for name in widths), *but_one]
+    converged = None if harmonics == 1 else (parameters, force, kind, tuple(widths), harmonics, law)
+    if converged:
+        _edges(*converged)  # found once, and refused before anything is begun
+    rig = {"parameters": parameters, "force": force, "number": number, "converged": converged}
+    size = _CONVERGED_CHUNK if converged else _CHUNK
+    parts = [(study, part) for study in studies for part in split(len(next(iter(study.values()))), size)]
+    chunks = [rig | {"changes": {name: drawn[part] for name, drawn in study.items()}} for study, part in parts]
+    options = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "batches of rigs"}
+    judged = join(run_chunks(_judge_chunk, chunks, threads=not converged, **options))
+    ends = np.cumsum([len(next(iter(study.values()))) for study in studies])[:-1]
+    kept, *others = np.split(judged["kept"], ends)
+    shares = [share(one) for one in others]
+    alone, exact = (dict(zip(widths, some, strict=True)) for some in (shares[: len(widths)], shares[len(widths) :]))
+    distance = judged["distance"][: len(kept)]
     return ToleranceStudy(
         parameters, force, kind, distribution, seed, widths, values, kept, distance, share(kept), alone, exact
     )
+
+
+@one_blas_thread
+def _judge_chunk(chunk):
+    if chunk["converged"]:
+        distance = _edges(*chunk["converged"]).judge(chunk["changes"])
+        return {"kept": distance > 0, "distance": distance}
+    counts, distances = judge_varied(chunk["parameters"], chunk["force"], chunk["changes"])
+    return {"kept": counts[:, chunk["number"]] > 0, "distance": distances[:, chunk["number"]]}
+
+
+_edges = lru_cache(4)(Edges)  # seconds to find, and the same for every chunk of a study

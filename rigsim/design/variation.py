@@ -118,12 +118,12 @@ def varied_sets(parameters, force, changes):
     return sets
 
 
-def judge_varied(parameters, force, changes):
+def judge_varied(parameters, force, changes, **options):
     """`rigsim.design.count.judge` of `varied_sets`: an impossible rig has no curve, at a distance of -infinity."""
     sets = varied_sets(parameters, force, changes)
     good = np.isfinite(sets[:, 0])
     counts, distances = np.zeros((len(sets), 2), dtype=np.int64), np.full((len(sets), 2), -np.inf)
-    counts[good], distances[good] = judge(sets[good])
+    counts[good], distances[good] = judge(sets[good], **options)
     return counts, distances
 
 

@@ -1,8 +1,6 @@
 """Stepped-sine tests of the multi-body rig, each from the same start, with or without a tap on the mass."""
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +8,7 @@ import numpy as np
 from .. import checks
 from ..campaign.cost import affordable
 from ..campaign.run import join, run_chunks, split
+from ..campaign.stop import look
 from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import CosineForce, Tap, TapForce
 from ..parameters import rigs_of
@@ -169,9 +168,8 @@ def sine_test(
         {"rigs": rigs[part], "force": force[part], "frequency": frequency[part], "taps": taps[part], **run}
         for part in split(len(rigs), _CHUNK)
     ]
-    options = {"progress": progress, "checkpoint": checkpoint, "label": "spaces of rigs"}
-    with ThreadPoolExecutor(os.cpu_count()) as threads:  # compiled loops leave the interpreter to the others
-        done = join(run_chunks(_run_chunk, chunks, executor=executor or threads, **options))
+    options = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "spaces of rigs"}
+    done = join(run_chunks(_run_chunk, chunks, threads=True, **options))
     status = np.array([Status[name] for name in done.pop("status")])
     message = tuple(str(text) for text in done.pop("message"))
     return SineTest(
@@ -223,6 +221,7 @@ def _run_chunk(chunk):
     tap = TapForce(chunk["taps"], np.array([p.m for p in chunk["rigs"]]), step)
     kept, samples = [], round(time[-1] / (every * step)) + 1
     for first in range(0, samples, _BLOCK):
+        look()
         count = min(_BLOCK, samples - first)
         motion = space.advance(*(each.kicks(first * every, count * every) for each in (shake, tap)), every)
         begin = max(samples - len(time) - first, 0)

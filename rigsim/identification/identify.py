@@ -6,7 +6,9 @@ import numpy as np
 from scipy import signal
 
 from .. import checks
+from ..blas import one_blas_thread
 from ..campaign.cost import affordable
+from ..campaign.progress import reporting
 from ..experiment.record import HOLDS, UNITS, Record
 from ..model.modes import Modes, largest_to_one
 from ..model.oscillator import oscillator_modes
@@ -18,6 +20,7 @@ from .refine import refine_state_space
 from .subspace import StateSpace, fit_input_matrices, identify_state_space
 
 _MATRICES, _LINE, _SAMPLE = 6, 6e3, 2e3  # of all block rows, in memory at once; bytes a frequency and a sample
+_STEPS = 5  # of work, the first of them twice as long as the others
 RESOLUTION = 0.1  # Hz between the frequencies of a result
 # Limits of what is believed: a clean record of the right hold leaves a misfit of 1e-9 to 1e-4 ...
 MISFIT = 1e-3
@@ -119,7 +122,8 @@ class Identification(Result):
         return table
 
 
-def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
+@one_blas_thread
+def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *, progress=False):
     """`Identification` of the rig from a random test.
 
     1. Extended inputs u = [f, -z^3], outputs [xs, x]; z = xs - x about the zero of the springs,
@@ -144,6 +148,8 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
     conversion : {"force", "all", "none"}
         How H_E is read from a sampled model; see `rigsim.identification.nsi`. "force" is
         right, "all" is the paper's, "none" is Eq. (9) as printed.
+    progress : bool or callable
+        True shows a bar; a callable is told (steps done, steps in all).
 
     Raises
     ------
@@ -155,6 +161,7 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
     if not isinstance(record, Record):
         raise ValueError(f"record is a {type(record).__name__}; expected a Record")
     order, block_rows = _checked_orders(order, block_rows, record)
+    progress = checks.progress(progress)
     conversion = checks.one_of("conversion", conversion, nsi.CONVERSIONS)
     band = checks.pair("band", band, "Hz", high=record.sample_rate / 2)
     _refuse_endless(record, block_rows, band)
@@ -170,7 +177,9 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force"):
         if not np.ptp(channel) > 1e-12 * np.abs(channel).max():
             raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
 
-    singular_values, inputs, model, noise, unexplained = _model(record, order, block_rows, band)
+    with reporting(progress, _STEPS, "identification") as report:
+        singular_values, inputs, model, noise, unexplained = _model(record, order, block_rows, band, report)
+        report(_STEPS)
     extended = nsi.extended_receptance(model, frequency, record.hold, conversion)
     coefficient = nsi.nonlinear_coefficient(extended)
     receptance = nsi.underlying_receptance(extended)
@@ -239,7 +248,7 @@ def _frequencies(band, sample_rate):
     return np.linspace(low, high, max(int(round((high - low) / RESOLUTION)), 40) + 1)
 
 
-def _model(record, order, block_rows, band):
+def _model(record, order, block_rows, band, report):
     """Singular values and inputs, then what `refine_state_space` returns.
 
     The z that a first model gives is without the measurement's noise, which its cube is biased by. But where
@@ -247,9 +256,12 @@ def _model(record, order, block_rows, band):
     """
     outputs = np.column_stack([record.shaker, record.mass])
     z = record.relative - _springs_zero(record, outputs, order, block_rows, band)
+    report(2)
     inputs = nsi.extended_inputs(record.force, z)
     first, singular_values = identify_state_space(inputs, outputs, record.sample_rate, order, block_rows)
+    report(3)
     measured = _refined(first, inputs, outputs, band)
+    report(4)
     model = fit_input_matrices(measured[0].A, measured[0].C, inputs, outputs, record.sample_rate)
     shaker, mass = (model.simulate(inputs) - model.offset).T
     modelled_inputs = nsi.extended_inputs(record.force, shaker - mass)

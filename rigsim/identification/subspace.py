@@ -16,7 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
+from ..campaign.stop import sliced
 from ..compiled import compiled
+
+_SLICE = 20_000  # samples at a time, some 0.1 s
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +48,9 @@ class StateSpace:
 
     def simulate(self, inputs):
         """Outputs, shape (n, q), for ``inputs`` of shape (n, p)."""
-        return _simulate(self.A, self.B, self.C, self.D, self.start, self.offset, np.ascontiguousarray(inputs))
+        inputs, state = np.ascontiguousarray(inputs), self.start.copy()
+        matrices = self.A, self.B, self.C, self.D, self.offset
+        return np.concatenate([_simulate(*matrices, state, inputs[part]) for part in sliced(len(inputs), _SLICE)])
 
 
 def identify_state_space(inputs, outputs, sample_rate, order, block_rows):
@@ -134,18 +139,26 @@ def _stable(A):
     return np.real(vectors * mirrored @ np.linalg.inv(vectors))
 
 
-@compiled
 def _triangle(A, C, inputs, outputs):
     """Triangular factor of [regressors, outputs], a row rotated in at a time so that none is stored.
 
     The regressors of output i at sample r: C A^r, C sum A^(r-1-s) u_j[s], u_j[r] and one,
     which multiply the first state, column j of B, column j of D and the offset.
     """
+    p, (q, order) = inputs.shape[1], C.shape
+    size = order + p * order + p * q + q + 1
+    triangle, free, forced = np.zeros((size, size)), np.eye(order), np.zeros((p, order, order))
+    for part in sliced(len(inputs), _SLICE):
+        _rotate_rows_in(triangle, free, forced, A, C, inputs[part], outputs[part])
+    return triangle
+
+
+@compiled
+def _rotate_rows_in(triangle, free, forced, A, C, inputs, outputs):
+    """The next rows of `_triangle`; ``free`` (A^r) and ``forced`` (a matrix an input) go on from sample to sample."""
     (samples, p), (q, order) = inputs.shape, C.shape
-    last = order + p * order + p * q + q
-    triangle = np.zeros((last + 1, last + 1))
+    last = triangle.shape[0] - 1
     row = np.empty(last + 1)
-    free, forced = np.eye(order), np.zeros((p, order, order))
     for r in range(samples):
         for i in range(q):
             row[:] = 0.0
@@ -164,7 +177,6 @@ def _triangle(A, C, inputs, outputs):
             forced[j] = _times(A, forced[j])
             for s in range(order):
                 forced[j, s, s] += inputs[r, j]
-    return triangle
 
 
 @compiled
@@ -191,10 +203,10 @@ def _times(left, right):
 
 
 @compiled
-def _simulate(A, B, C, D, start, offset, inputs):
+def _simulate(A, B, C, D, offset, state, inputs):
+    """Outputs (n, q) from a ``state``, which becomes the one after them."""
     order, q, p = A.shape[0], C.shape[0], B.shape[1]
-    outputs = np.empty((inputs.shape[0], q))
-    state, following = start.copy(), np.empty(order)
+    outputs, following = np.empty((inputs.shape[0], q)), np.empty(order)
     for r in range(inputs.shape[0]):
         for i in range(q):
             total = offset[i]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import checks
+from ..blas import one_blas_thread
 from ..parameters import law_of
 from ..results import Result, frame
 from .continuation import advance, unit_tangent
@@ -54,6 +55,7 @@ class HarmonicsWorth(Result):
         )
 
 
+@one_blas_thread
 def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 11), law=None):
     """Errors of the curves of `periodic_orbits` for several numbers of harmonics, against ten more than the largest.
 

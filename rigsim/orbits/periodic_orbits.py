@@ -24,6 +24,7 @@ from dataclasses import replace
 import numpy as np
 
 from .. import checks
+from ..blas import one_blas_thread
 from ..campaign.progress import reporting
 from ..parameters import law_of, oscillator_of
 from ..theory.amplitude import frequency_response
@@ -42,6 +43,7 @@ _EXPLORED = 27  # harmonics with which the sheet is explored, at most; its curve
 _ROUNDING = 1e-8  # even lines below this share of an orbit's largest are none
 
 
+@one_blas_thread
 def periodic_orbits(
     parameters,
     force,
@@ -221,6 +223,7 @@ def _branches(systems, found, doubts, lost, parameters, law, band, period):
     return tuple(branches)
 
 
+@one_blas_thread
 def continue_orbit(
     parameters, force, frequency, relative, band=(5, 80), harmonics="auto", law=None, *, period=1, tolerance=1e-6
 ):

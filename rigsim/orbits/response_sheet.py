@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from .. import checks
+from ..blas import one_blas_thread
 from ..campaign.progress import reporting
 from ..parameters import OscillatorParameters, RigParameters, law_of
 from ..results import Result, frame
@@ -61,6 +62,7 @@ class ResponseSheet(Result):
 
     plots = {"sheet": "sheet_figure", "amplitude": "sheet_amplitude_figure"}
 
+    @one_blas_thread
     def at(self, force, period=1):
         """The `PeriodicOrbits` at a force (N) of the sheet's range, as `periodic_orbits` finds them."""
         force = checks.real("force", force, "N", low=self.force[0], high=self.force[1])
@@ -156,6 +158,7 @@ class ResponseSheet(Result):
         )
 
 
+@one_blas_thread
 def response_sheet(
     parameters, band=(5, 80), force=(0.1, 8.0), harmonics="auto", law=None, *, tolerance=1e-6, progress=False
 ):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from .. import checks
+from ..blas import one_blas_thread
 from ..parameters import law_of
 from ..results import Result, ResultSequence, frame
 from ..theory import detached
@@ -116,6 +117,7 @@ class ConvergedScenario(ResultSequence):
             result.append(EventState(event.frequency, event.force, on.equations.lines(y[None, :-1])[3][0]))
         return tuple(result)
 
+    @one_blas_thread
     def over(self, name, values):
         """The `EventCurves` of these events as one number of the rig changes.
 
@@ -171,6 +173,7 @@ class ConvergedScenario(ResultSequence):
         return frame(rows, ["force [N]", "frequency [Hz]", "event", "single-term force [N]"])
 
 
+@one_blas_thread
 def force_scenario(parameters, harmonics=1, law=None, *, band=None, force=None, progress=False):
     """Every birth, split, merger and death of pieces of the response as the force grows.
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import checks
 from ..attraction.attractors import affordable_states, attractors, quasi_random
+from ..blas import one_blas_thread
 from ..campaign.run import run_chunks
 from ..parameters import OscillatorParameters, RigParameters, law_of
 from ..results import Result, frame
@@ -153,6 +154,7 @@ class Subharmonics(Result):
         )
 
 
+@one_blas_thread
 def subharmonic_motions(
     parameters, force, frequency=None, *, law=None, starts=256, follow=(20.0, 200.0), seed=0, progress=False,
     executor=None, checkpoint=None,
@@ -205,6 +207,7 @@ def subharmonic_motions(
 _KEPT = ("period", "amplitude", "relative", "share")
 
 
+@one_blas_thread
 def _search_chunk(chunk):
     """Motions of more than one period at one frequency, as arrays."""
     found = attractors(**chunk)

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import checks
 from ..attraction.attractors import affordable_states, attractors
+from ..blas import one_blas_thread
 from ..campaign.progress import reporting
 from ..results import ResultSequence, Status, frame
 from .branches import PeriodicOrbits
@@ -80,6 +81,7 @@ class Verdict(ResultSequence):
         return frame(rows, ["frequency [Hz]", "orbits", "stable", "missed motions", "stable orbits not met"])
 
 
+@one_blas_thread
 def verdict(orbits, frequencies=None, *, starts=64, seed=0, progress=False):
     """Compare the stable orbits of curves with the motions that many starts lead to, and follow what was missed.
 

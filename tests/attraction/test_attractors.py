@@ -95,7 +95,7 @@ def test_a_pool_that_is_given_does_the_work_and_else_one_of_its_own(at_30, monke
             begun.append(self)
             return super().submit(*arguments, **options)
 
-    monkeypatch.setattr("rigsim.attraction.settle.ThreadPoolExecutor", Counting)
+    monkeypatch.setattr("rigsim.campaign.run.ThreadPoolExecutor", Counting)
     states = quasi_random(300, at_30.box, 5)
     with Counting(1) as given:
         at_30.settle(states, executor=given)

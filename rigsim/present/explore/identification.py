@@ -67,7 +67,8 @@ def identification_panel(parameters=PAPERS_RIG, rms=1.115, duration=30.0, seed=2
     def test(report, rms, stretch, sets, noise, duration):
         rig = changed(parameters, stretch, sets)
         record = random_test(rig, rms, duration, seed=seed, progress=lambda done, n: report(_TEST_SHARE * done, n))
-        result = identify(_with_noise(record, noise / 100, seed))
+        share = lambda done, n: report(_TEST_SHARE + (1 - _TEST_SHARE) * done / n, 1)  # noqa: E731
+        result = identify(_with_noise(record, noise / 100, seed), progress=share)
         before.set_data(*estimate.get_data())
         estimate.set_data(result.frequency, result.nonlinear_coefficient.real)
         fitted.set_ydata([result.k3] * 2)

@@ -1,6 +1,7 @@
 """What every live panel shares: one image that is updated in place, a line of words, and what happens on a change."""
 
 import io
+import threading
 from functools import partial
 from html import escape
 
@@ -9,6 +10,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
+from ...campaign.stop import Stop, Stopped, look
 from ..figures.style import style
 
 _SHARPNESS = 2  # pixels of the picture a pixel of the page
@@ -38,7 +40,8 @@ class LivePanel(ipywidgets.VBox):
         Raises `ValueError`, before it moves anything, where the values are not possible.
     action : callable, optional
         Slow work behind a button: called with ``report(done, total)`` and the controls' values, for the rest as
-        ``update``. Afterwards the whole figure is drawn again, axes and all.
+        ``update``, in a thread of its own, so that the button can stop it. Afterwards the whole figure is drawn again,
+        axes and all. What the controls say meanwhile is shown then.
     label : str
         On that button.
     reset_label : str
@@ -56,6 +59,8 @@ class LivePanel(ipywidgets.VBox):
         figure.set_dpi(_SHARPNESS * _PIXELS_PER_INCH)
         self._live = sorted(figure.findobj(lambda artist: artist.get_animated()), key=lambda artist: artist.zorder)
         self._update, self._action, self._restoring = update, action, False
+        self._label, self._stop, self._thread, self._missed = label, None, None, False
+        self._lock = threading.RLock()  # between the thread of slow work and whoever moves the controls
         self._first_values = self.values
 
         width, height = (f"{inches * _PIXELS_PER_INCH:.0f}px" for inches in figure.get_size_inches())
@@ -81,7 +86,7 @@ class LivePanel(ipywidgets.VBox):
             control.observe(self._changed, "value")
         self.reset.on_click(self._restore)
         if self.start is not None:
-            self.start.on_click(self._run)
+            self.start.on_click(self._start_or_stop)
         self._changed()
 
     @property
@@ -89,15 +94,25 @@ class LivePanel(ipywidgets.VBox):
         """Values of the controls, by name."""
         return {name: control.value for name, control in self.controls.items()}
 
+    def wait(self, seconds=None):
+        """Return once the slow work is over, or after so many seconds."""
+        if self._thread is not None:
+            self._thread.join(seconds)
+
     def close(self):
-        """Take the panel and every widget in it off the page and out of the kernel."""
+        """Take the panel and every widget in it off the page and out of the kernel; slow work is stopped."""
+        if self._stop is not None:
+            self._stop.ask()
+            self.wait()
         for widget in _inside(self):
             widget.close()
         super().close()
 
     def _changed(self, _=None):
-        if not self._restoring:
-            self._show(partial(self._update, **self.values))
+        with self._lock:
+            self._missed = self._stop is not None
+            if not self._restoring and not self._missed:
+                self._show(partial(self._update, **self.values))
 
     def _restore(self, _):
         self._restoring = True  # one picture for all controls, not one for each
@@ -108,15 +123,32 @@ class LivePanel(ipywidgets.VBox):
             self._restoring = False
         self._changed()
 
-    def _run(self, _):
-        self.start.disabled = True
+    def _start_or_stop(self, _):
+        if self._stop is not None:
+            self._stop.ask()
+            self.start.description, self.start.disabled = "Stopping", True
+            return
+        self._stop = Stop()
+        self.start.description, self.start.button_style = "Stop", "warning"
         self.progress.value, self.progress.layout.visibility = 0.0, "visible"
+        # A daemon, so that a kernel that is shut down does not wait for it.
+        self._thread = threading.Thread(target=self._act, args=(self._stop, self.values), daemon=True)
+        self._thread.start()
+
+    def _act(self, stop, values):
         try:
-            self._show(partial(self._action, self._report, **self.values), whole=True)
+            with stop.heeded():
+                self._show(partial(self._action, self._report, **values), whole=True)
         finally:
-            self.start.disabled, self.progress.layout.visibility = False, "hidden"
+            self.progress.layout.visibility = "hidden"
+            self.start.description, self.start.button_style, self.start.disabled = self._label, "primary", False
+            with self._lock:
+                self._stop = None
+                if self._missed:
+                    self._changed()
 
     def _report(self, done, total):
+        look()
         self.progress.value = done / total
 
     def _show(self, draw, whole=False):
@@ -130,6 +162,9 @@ class LivePanel(ipywidgets.VBox):
             self.image.add_class(_STALE)
             if not self.image.value:
                 self.image.value = self._picture(whole=True)
+            return
+        except Stopped:
+            self.message.value = '<p role="status"><b>Stopped</b>, as asked: the picture is the one before.</p>'
             return
         except Exception as error:
             # The notebook logs what a callback raises, out of sight: say it here too.

@@ -3,6 +3,7 @@
 import io
 import re
 import tempfile
+import threading
 import webbrowser
 from contextlib import contextmanager
 from pathlib import Path
@@ -54,6 +55,9 @@ _RC = {
 }
 
 
+_DRAWING = threading.RLock()  # settings are the process's: two threads' would get mixed up
+
+
 class DescribedFigure(Figure):
     """A figure that shows itself as SVG and says in words what is seen (``alt``)."""
 
@@ -101,7 +105,7 @@ class DescribedFigure(Figure):
 @contextmanager
 def style():
     """Apply the house style inside a ``with`` block; global settings stay as they were."""
-    with matplotlib.rc_context(_RC):
+    with _DRAWING, matplotlib.rc_context(_RC):
         yield
 
 

@@ -139,6 +139,7 @@ def test_impossible_settings_leave_the_picture_and_say_why(opened):
     assert 'role="alert"' in panel.message.value and "set_half_spacing = 0.009 m is not allowed" in panel.message.value
     assert panel.image.value == picture and "rigsim-stale" in panel.image._dom_classes
     panel.start.click()
+    panel.wait()
     assert "set_half_spacing = 0.009 m is not allowed" in panel.message.value and not panel.start.disabled
     panel.reset.click()
     assert 'role="status"' in panel.message.value and "rigsim-stale" not in panel.image._dom_classes
@@ -203,10 +204,11 @@ def test_single_set_given_can_become_two(opened):
 def test_shaking_puts_a_circle_on_the_theory(opened):
     panel = opened(shake_panel)
     seen = []
-    panel.progress.observe(lambda change: seen.append((change.new, panel.start.disabled)), "value")
+    panel.progress.observe(lambda change: seen.append((change.new, panel.start.description)), "value")
     panel.start.click()
+    panel.wait()
     assert "30.0 Hz, two wire sets, from rest: <b>settled, on the low branch</b>" in panel.message.value
-    assert (1.0, True) in seen and not panel.start.disabled and panel.progress.layout.visibility == "hidden"
+    assert (1.0, "Stop") in seen and panel.start.description == "Shake" and panel.progress.layout.visibility == "hidden"
     low = 1e3 * abs(frequency_response(RigParameters(), 3.18, [30.0]).relative[0, 0])
     circles = drawn(panel)["rig: low"]
     assert_allclose(circles.get_xydata(), [[30.0, low]], rtol=2e-2)
@@ -216,15 +218,52 @@ def test_shaking_puts_a_circle_on_the_theory(opened):
     panel.controls["tap"].value = 0.5
     panel.controls["duration"].value = 6.0
     panel.start.click()
+    panel.wait()
     assert "tap 0.5 m/s" in panel.message.value and "on the high branch" in panel.message.value
     high = drawn(panel)["rig: high"]
     assert circles.get_xydata().shape == high.get_xydata().shape == (1, 2) and high.get_ydata()[0] > 4 * low
     assert (circles.get_color(), high.get_color()) == (MOTIONS["low"], MOTIONS["high"])
 
 
+def long_test(panel):
+    panel.controls["duration"].options = (3.0, 3000.0)
+    panel.controls["duration"].value = 3000.0
+
+
+def test_slow_work_is_stopped_by_its_button_and_shows_what_was_moved_meanwhile(opened):
+    panel = opened(shake_panel)
+    picture = panel.image.value
+    long_test(panel)
+    panel.start.click()
+    assert panel.start.description == "Stop" and panel.progress.layout.visibility == "visible"
+    panel.controls["force"].value = 2.0  # not shown before the work is over
+    time.sleep(0.5)
+    assert panel.start.description == "Stop" and "3.18 N" in panel.message.value
+    panel.start.click()
+    begun = time.perf_counter()
+    panel.wait(10)
+    assert time.perf_counter() - begun < 2
+    assert panel.start.description == "Shake" and not panel.start.disabled
+    assert "2 N" in panel.message.value and panel.image.value != picture
+
+
+def test_what_is_stopped_says_so_and_closing_stops(opened):
+    panel = opened(shake_panel)
+    long_test(panel)
+    panel.start.click()
+    panel.start.click()
+    panel.wait(10)
+    assert "<b>Stopped</b>" in panel.message.value
+    panel.start.click()
+    begun = time.perf_counter()
+    panel.close()
+    assert time.perf_counter() - begun < 2
+
+
 def test_spectrum_is_that_of_the_last_test(opened):
     panel = opened(shake_panel, frequency=40.0)
     panel.start.click()
+    panel.wait()
     frequency, amplitude = panel.figure.axes[1].lines[0].get_data()
     assert panel.figure.axes[1].get_xlim() == (0, 160)
     assert_allclose(frequency[np.argmax(amplitude)], 40.0, atol=0.1)
@@ -234,6 +273,7 @@ def test_spectrum_is_that_of_the_last_test(opened):
 def test_identification_of_a_clean_and_of_a_noisy_test(opened):
     panel = opened(identification_panel, duration=4.0)
     panel.start.click()
+    panel.wait()
     assert panel.progress.value == 1.0
     (error,) = re.findall(r"k3 off by (\S+) %", panel.message.value)
     assert abs(float(error)) < 0.2
@@ -241,6 +281,7 @@ def test_identification_of_a_clean_and_of_a_noisy_test(opened):
     clean = drawn(panel)["this test"].get_ydata()
     panel.controls["noise"].value = 2.0
     panel.start.click()
+    panel.wait()
     assert_allclose(drawn(panel)["test before"].get_ydata(), clean)
     (noisy,) = re.findall(r"k3 off by (\S+) %", panel.message.value)
     assert abs(float(noisy)) > abs(float(error))
