@@ -20,7 +20,7 @@ ROOT = Path(rigsim.__file__).parents[1]
 PACKAGE = ROOT / "rigsim"
 MODULES = sorted(path.relative_to(ROOT) for path in PACKAGE.rglob("*.py"))
 TESTS = sorted(path.relative_to(ROOT) for path in (ROOT / "tests").rglob("*.py"))
-RUN = ("__init__.py", "__main__.py", "first_use.py")  # started by name
+RUN = ("__init__.py", "__main__.py", "first_use.py", "netcdf_child.py")  # started by name
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 # What DESIGN promises to users; any other public name is there because a notebook or the README uses it.

@@ -8,9 +8,11 @@ import numpy as np
 from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.progress import reporting
+from ..orbits.accuracy import checked_harmonics
+from ..parameters import law_of
 from ..results import ResultSequence, frame
 from .converged import Edges
-from .variation import built_names, checked_start, judge_varied, kind_number, quantity
+from .variation import built_names, checked_start, judge_varied, kind_number, names_of, quantity
 
 _STEPS = 181  # of the scan outwards: distances from a billionth of the range to all of it, 12 % apart
 _COARSE = 49  # of the same of a converged curve, from a millionth
@@ -186,7 +188,9 @@ def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=Non
     --------
     >>> margins(RigParameters(), 3.18)["d0"]  # doctest: +SKIP
     """
-    names = built_names(parameters) if names is None else tuple(names)
+    built = built_names(parameters)
+    names = built if names is None else checks.names("names", names, names_of(parameters), "quantity")
+    harmonics, law = checked_harmonics(harmonics), law_of(parameters, law)
     if harmonics == 1:
         force, number = checked_start(parameters, force, kind)
     else:

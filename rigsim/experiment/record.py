@@ -1,6 +1,9 @@
 """`Record`: the channels of a test, and what any file of them must say."""
 
 import os
+import reprlib
+import shutil
+from contextlib import suppress
 from dataclasses import MISSING, asdict, dataclass, fields, replace
 from pathlib import Path
 from uuid import uuid4
@@ -13,8 +16,18 @@ from .formats import FORMATS
 from .lines import strongest_lines
 
 HOLDS = ("zero", "linear", "band-limited")
+_REACH = np.pi / 2  # rad; at a right angle every rig's wires are past theirs
 UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad"}
-_DETAILS = ("hold", "seed", "start", "parameters", "step")
+# What a file may say of a record, and as what: the fields above, and how many samples it should hold.
+_DETAILS = {"sample_rate": (int, float), "hold": (str,), "seed": (int, float), "start": (str,), "parameters": (dict,)}
+_DETAILS |= {"step": (int, float), "samples": (int,)}
+_EXPECTED = {int: "a number", str: "a text", dict: "an object with a kind"}
+_SPELLED = {
+    "N": ("N", "newton", "newtons"),
+    "m": ("m", "meter", "meters", "metre", "metres"),
+    "s": ("s", "sec", "second", "seconds"),
+    "rad": ("rad", "radian", "radians"),
+}
 _KINDS = {kind.__name__: kind for kind in (parameters.RigParameters, parameters.OscillatorParameters)}
 
 
@@ -36,7 +49,7 @@ class Record(Result):
         What the force did between samples: kept its value, ran straight to the next
         one, or had nothing above half the sample rate (a measured force).
     tilt : array_like, shape (n,), optional
-        Tilt of the suspended mass, counter-clockwise positive (rad).
+        Tilt of the suspended mass, counter-clockwise positive (rad), less than a right angle.
     seed : int, optional
         Seed of the force.
     start : str, optional
@@ -44,7 +57,7 @@ class Record(Result):
     parameters : RigParameters or OscillatorParameters, optional
         What was tested, where it is known.
     step : float, optional
-        Integration step behind a simulated record (s).
+        Integration step behind a simulated record (s), at most a sample interval.
 
     Raises
     ------
@@ -72,19 +85,23 @@ class Record(Result):
             values = getattr(self, name)
             if values is None and name == "tilt":
                 continue
-            channel, n = np.array(checks.array(name, values, unit, min_size=2)), np.size(self.force)
+            reach = _REACH if name == "tilt" else np.inf
+            values = checks.array(name, values, unit, min_size=2, low=-reach, high=reach, physical=False)
+            channel = np.array(values)  # a copy of its own
+            n = channel.size if name == "force" else self.force.size
             if channel.size != n:
                 raise ValueError(f"{name} has {channel.size} samples; expected {n}, as many as the force")
             channel.flags.writeable = False
             set_field(name, channel)
         set_field("sample_rate", checks.positive("sample_rate", self.sample_rate, "Hz"))
-        checks.one_of("hold", self.hold, HOLDS)
+        set_field("hold", checks.one_of("hold", self.hold, HOLDS))
         if self.seed is not None:
-            set_field("seed", checks.integer("seed", self.seed, low=0))
+            set_field("seed", checks.seed("seed", self.seed))
         if self.start is not None:
-            checks.one_of("start", self.start, ("rest", "equilibrium"))
+            set_field("start", checks.one_of("start", self.start, ("rest", "equilibrium")))
         if self.step is not None:
-            set_field("step", checks.positive("step", self.step, "s"))
+            longest = (1 + 1e-9) / self.sample_rate  # a sample interval takes one step or more
+            set_field("step", checks.real("step", self.step, "s", low=0.0, low_open=True, high=longest))
         if self.parameters is not None:
             parameters.oscillator_of(self.parameters)
 
@@ -146,9 +163,10 @@ class Record(Result):
         Raises
         ------
         ValueError
-            If there is no such channel, or the record holds no whole period.
+            If there is no such channel, the record holds no whole period, or it has too few samples for that frequency.
         """
-        signal, f = self._signal(channel), checks.real("frequency", frequency, "Hz", low=1 / self.duration)
+        signal, half = self._signal(channel), self.sample_rate / 2
+        f = checks.real("frequency", frequency, "Hz", low=1 / self.duration, high=half)
         periods = int((signal.size + 0.5) / self.sample_rate * f)
         part = signal[-round((periods - periods % 6 or periods) / f * self.sample_rate) :]
         window = np.hanning(part.size + 1)[:-1]
@@ -161,7 +179,8 @@ class Record(Result):
         The channel is one of `channels`, or "relative"; the amplitude is 0 where the ``band`` (a pair in Hz) holds no
         frequency.
         """
-        return strongest_lines(self.time, self._signal(channel), band)[0]
+        signal, band = self._signal(channel), checks.pair("band", band, "Hz", low_open=False)
+        return strongest_lines(self.time, signal, band)[0]
 
     def _signal(self, channel):
         signals = self.channels | {"relative": self.relative}
@@ -184,14 +203,25 @@ class Record(Result):
         ValueError
             If the suffix is neither.
         """
-        path = Path(path)
+        path = Path(checks.path("path", path))
         write = _format(path).write
-        temporary = path.with_name(f".{path.stem}-{uuid4().hex}{path.suffix}")
+        # A link stays one: what it points to is replaced.
+        target = Path(os.path.realpath(path))
+        if target.exists() and not (target.is_file() and os.access(target, os.W_OK)):
+            raise OSError(f"{path} cannot be replaced; expected the name of a new file, or of one that may be written")
+        temporary = target.with_name(f".rigsim-{uuid4().hex}")
         try:
-            write(temporary, _details(self), {"time": self.time} | self.channels)
-            os.replace(temporary, path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
+            with open(temporary, "xb") as file:
+                write(file, _details(self), {"time": self.time} | self.channels)
+            if target.exists():
+                shutil.copymode(target, temporary)
+            os.replace(temporary, target)
+        except BaseException as error:
+            with suppress(OSError):
+                temporary.unlink()
+            if isinstance(error, OSError):
+                reason = error.strerror or " ".join(str(error).split())
+                raise OSError(error.errno, f"the record cannot be written: {reason}", str(path)) from None
             raise
 
     @classmethod
@@ -215,15 +245,10 @@ class Record(Result):
             If the suffix is unknown, the file is not in that form, it and ``hold`` say no hold
             or two, or its values are not allowed.
         """
-        path = Path(path)
-        details, channels = _format(path).read(path)
-        for name in ("force", "shaker", "mass"):
-            if name not in channels:
-                raise ValueError(f"{path} has no channel {name}; expected force, shaker and mass")
-        for name in details:
-            checks.one_of(f"detail in {path}", name, ("sample_rate", *_DETAILS))
-        for name in channels:
-            checks.one_of(f"channel in {path}", name, (*UNITS, "time"))
+        path = Path(checks.path("path", path))
+        hold = None if hold is None else checks.one_of("hold", hold, HOLDS)
+        details, channels, units = _format(path).read(path)
+        _check(path, details, channels, units)
         if "time" in channels:
             details["sample_rate"] = _rate_of(path, channels.pop("time"), details.get("sample_rate"))
         if "sample_rate" not in details:
@@ -235,22 +260,56 @@ class Record(Result):
                 f"{path} does not say what the force did between samples; expected hold in its first line or as an "
                 f"argument, one of {', '.join(map(repr, HOLDS))}"
             )
-        return cls(**channels, **details | {"parameters": _tested(path, details.get("parameters"))})
+        details["parameters"] = _tested(path, details.get("parameters"))
+        try:
+            return cls(**channels, **details)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+
+
+def _check(path, details, channels, units):
+    """What every file must hold, whatever reads it."""
+    for name in ("force", "shaker", "mass"):
+        if name not in channels:
+            raise ValueError(f"{path} has no channel {name}; expected force, shaker and mass")
+    for name, value in details.items():
+        kind = _DETAILS[checks.one_of(f"detail in {path}", name, tuple(_DETAILS))]
+        if not isinstance(value, kind) or isinstance(value, bool):
+            raise ValueError(f"{name} in {path} = {reprlib.repr(value)} is not allowed; expected {_EXPECTED[kind[0]]}")
+    count = details.pop("samples", channels["force"].size)
+    for name, values in channels.items():
+        name = checks.one_of(f"channel in {path}", name, (*UNITS, "time"))
+        if values.size != count:
+            raise ValueError(
+                f"{name} in {path} has {values.size} samples; expected {count}, as the file or its force says"
+            )
+    for name, unit in units.items():
+        known = _SPELLED[UNITS.get(name, "s")]
+        if name in channels and unit.strip().partition(" since ")[0] not in known:
+            raise ValueError(f"unit of {name} in {path} = {reprlib.repr(unit)} is not allowed; expected {known[0]}")
 
 
 def _rate_of(path, time, said):
     """Sample rate that an evenly spaced ``time`` (s) gives: what the file said, if that agrees."""
-    time = checks.array(f"time in {path}", time, "s", min_size=2)
-    steps = np.diff(time)
-    mean = (time[-1] - time[0]) / steps.size
-    # Instants are often written with few digits; a lost sample doubles a step, a drifting clock gains whole ones.
-    drift = np.abs(time - (time[0] + mean * np.arange(time.size))).max()
-    if not mean > 0 or np.abs(steps - mean).max() > 0.45 * mean or drift > mean:
-        raise ValueError(f"time in {path} is not evenly spaced; expected rising steps of one length")
+    time = checks.array(f"time in {path}", time, "s", min_size=2, physical=False)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        steps = np.diff(time)
+        mean = (time[-1] - time[0]) / steps.size
+        # Instants are often written with few digits; a lost sample doubles a step, a drifting clock gains whole ones.
+        drift = np.abs(time - (time[0] + mean * np.arange(time.size))).max()
+        rate = 1 / mean
+        even = 0 < mean < np.inf and np.abs(steps - mean).max() <= 0.45 * mean and drift <= mean
+        worst = np.abs(steps - np.median(steps)).argmax()
+    if not even:
+        raise ValueError(
+            f"time in {path} is not evenly spaced; expected rising steps of one length (that after sample {worst} is "
+            f"{steps[worst]:g} s)"
+        )
     if said is None:
-        return 1 / mean
-    if abs(checks.positive(f"sample_rate in {path}", said, "Hz") * mean - 1) > 1e-3:
-        raise ValueError(f"sample_rate in {path} = {said:g} Hz is not allowed; its time gives {1 / mean:g} Hz")
+        return rate
+    said = checks.positive(f"sample_rate in {path}", said, "Hz")
+    if abs(said * mean - 1) > 1e-3:
+        raise ValueError(f"sample_rate in {path} = {said:g} Hz is not allowed; its time gives {rate:g} Hz")
     return said
 
 
@@ -258,21 +317,21 @@ def _tested(path, values):
     """Parameters from their JSON object."""
     if values is None:
         return None
-    if not isinstance(values, dict):
-        raise ValueError(f"parameters in {path} = {values!r} is not allowed; expected an object with a kind")
     kind = _KINDS[checks.one_of(f"kind of parameters in {path}", values.pop("kind", None), tuple(_KINDS))]
     known = {item.name: item for item in fields(kind)}
-    for name in values:
-        checks.one_of(f"parameter in {path}", name, tuple(known))
+    values = {checks.one_of(f"parameter in {path}", name, tuple(known)): value for name, value in values.items()}
     missing = [name for name, item in known.items() if item.default is MISSING and name not in values]
     if missing:
         raise ValueError(f"parameters in {path} lack {', '.join(missing)}; expected every value of {kind.__name__}")
-    return kind(**values)
+    try:
+        return kind(**values)
+    except (ValueError, TypeError, OverflowError) as error:
+        raise ValueError(f"parameters in {path}: {error}") from None
 
 
 def _details(record):
     """What the header of a file says, without what is unknown."""
-    details = {"sample_rate": record.sample_rate} | {name: getattr(record, name) for name in _DETAILS}
+    details = {name: getattr(record, name) for name in _DETAILS if name != "samples"}
     if record.parameters is not None:
         details["parameters"] = {"kind": type(record.parameters).__name__, **asdict(record.parameters)}
     return {name: value for name, value in details.items() if value is not None}

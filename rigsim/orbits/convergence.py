@@ -7,6 +7,7 @@ import numpy as np
 from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.progress import reporting
+from ..parameters import law_of
 from ..results import Result, frame
 from .continuation import advance, unit_tangent
 from .harmonic_balance import balance
@@ -67,7 +68,7 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     band : (float, float)
         Forcing frequencies (Hz).
     harmonics : sequence of int
-        Ascending.
+        Ascending, from 1 to 190.
     law : {"exact", "cubic"}, optional
     progress : bool or callable
         True shows a bar; a callable is told (numbers of harmonics done, numbers in all).
@@ -81,7 +82,11 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     ValueError
         If an input is not allowed; see `periodic_orbits`.
     """
-    counts = [checks.integer("harmonics", count, low=1) for count in np.atleast_1d(harmonics)]
+    law, band = law_of(parameters, law), checks.pair("band", band, "Hz")
+    force = checks.positive("force", force, "N")
+    counts = checks.integers("harmonics", harmonics, low=1, high=200 - _BEYOND)
+    if list(counts) != sorted(set(counts)):
+        raise ValueError(f"harmonics = {checks.shown(counts)} is not allowed; expected ascending numbers")
     error, shift, pieces, points = [], [], [], []
     with reporting(progress, len(counts) + 1, "numbers of harmonics") as report:
         best = periodic_orbits(parameters, force, band, counts[-1] + _BEYOND, law)
