@@ -14,13 +14,17 @@ import functools
 import hashlib
 import os
 import pickle
+import signal
 import sys
 import tempfile
 import threading
 import types
+from contextlib import contextmanager
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
+_AGAIN = 0.05  # s until Ctrl-C is tried again
+_SWALLOW = ("__del__", "_on_type_disposal")  # where Python and numba drop exceptions
 _DIGEST = hashlib.sha256().digest_size
 _lock = threading.RLock()
 _waiting = []  # inlinable functions that numba has not been told of
@@ -67,7 +71,13 @@ class Compiled:
 
     def __call__(self, *arguments):
         """Run the machine code for arguments of these types."""
-        return (self._dispatcher or self._load())(*arguments)
+        try:
+            return (self._dispatcher or self._load())(*arguments)
+        except SystemError as error:  # what numba makes of Ctrl-C while it wraps what goes in or comes out
+            cause = error
+            while cause is not None and not isinstance(cause, KeyboardInterrupt):
+                cause = cause.__cause__
+            raise cause or error from None
 
     def _load(self):
         with _lock:
@@ -100,7 +110,40 @@ def _dispatcher(function, options):
         return template(tuple(map(plain, arguments)), {name: plain(value) for name, value in named.items()})
 
     dispatcher.get_call_template = for_any_value
+    compile_ = dispatcher.compile
+
+    def compile_undisturbed(signature):
+        with _interruptible_between_steps():
+            return compile_(signature)
+
+    dispatcher.compile = compile_undisturbed
     return dispatcher
+
+
+@contextmanager
+def _interruptible_between_steps():
+    """Ctrl-C waits until LLVM, whose callbacks would swallow it or leave half a library, and finalizers are left."""
+    usual = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(usual):
+        yield
+        return
+
+    def later(number, frame):
+        here = frame
+        while here is not None and "llvmlite" not in here.f_code.co_filename and here.f_code.co_name not in _SWALLOW:
+            here = here.f_back
+        if here is None:
+            usual(number, frame)
+        else:
+            again = threading.Timer(_AGAIN, signal.raise_signal, [number])
+            again.daemon = True
+            again.start()
+
+    signal.signal(signal.SIGINT, later)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
 
 
 class _Cache:

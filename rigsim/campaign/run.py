@@ -7,7 +7,7 @@ other neighbours would change the last bits. So the same chunks go to every exec
 import os
 import time
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor, wait
-from contextlib import ExitStack, closing, nullcontext
+from contextlib import ExitStack, closing
 from functools import partial
 from itertools import islice
 
@@ -19,7 +19,7 @@ from .code import code_fingerprint
 from .progress import reporting
 from .stop import SLICE, Lease, Leased, Stop, Stopped, look
 
-_PATIENCE = 2.0  # s for chunks in hand to look up, where the work is stopped
+_PATIENCE = 1.0  # s for chunks in hand to look up, where the work is stopped
 
 
 def split(count, size):
@@ -80,12 +80,11 @@ def run_chunks(
     own = ThreadPoolExecutor(os.cpu_count()) if threads and executor is None else None
     run = partial(_run, work, chunks, executor or own, partial(reporting, progress, len(chunks), label), results)
     try:
-        with own or nullcontext():
-            if checkpoint is None:
-                return run(_Memory)
-            key = fingerprint(work.__module__, work.__qualname__, chunks, description)
-            with Checkpoint(checkpoint, key, code_fingerprint(work)) as store:
-                return run(store)
+        if checkpoint is None:
+            return run(_Memory)
+        key = fingerprint(work.__module__, work.__qualname__, chunks, description)
+        with Checkpoint(checkpoint, key, code_fingerprint(work)) as store:
+            return run(store)
     except (KeyboardInterrupt, Stopped) as stopped:
         done = f"{len(results)} of {len(chunks)} {label or 'parts'} were done"
         stopped.add_note(
@@ -94,6 +93,9 @@ def run_chunks(
             else f"{done} and are kept in {os.fspath(checkpoint)}; the same call goes on from there"
         )
         raise
+    finally:
+        if own:
+            own.shutdown(wait=False)  # a thread that still compiles looks up after that, and nobody waits for it
 
 
 class _Memory:
