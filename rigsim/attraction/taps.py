@@ -193,7 +193,7 @@ def tap_map(
     progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
     frequency, law = checks.positive("frequency", frequency, "Hz"), law_of(parameters, law)
     velocity = np.linspace(-1, 1, 81) if velocity is None else checks.array("velocity", velocity, "m/s")
-    instants = checks.integer("instants", instants, low=1)
+    instants, motion = checks.integer("instants", instants, low=1), checks.motion(motion)
     duration = checks.real("duration", duration, "s", low=1e-9, high=100 / frequency)
     count, shared = instants * velocity.size, executor or checkpoint
     affordable_states("instants x velocity", count, parameters, frequency, shared)
@@ -242,8 +242,8 @@ def smallest_tap(taps, target, *, rounds=6):
     """
     taps = checks.instance("taps", taps, TapMap, "a TapMap")
     rounds = checks.integer("rounds", rounds, low=1, high=20)
-    there, found, motion = taps._surely_reached(target), taps.attractors, taps.motion
-    wanted = found.find(target).motion
+    found, motion = taps.attractors, taps.motion
+    wanted, there = found.called("target", target).motion, taps._surely_reached(target)
     best = _smallest(taps.velocity, taps.instant, there)
     reach = np.abs(taps.velocity).max() / 8, 1 / 16
     for _ in range(8):

@@ -170,7 +170,7 @@ def half_widths(parameters, force, tolerances):
         )
     widths = {}
     for name, given in tolerances.items():
-        item = quantity(parameters, force, name)
+        item = quantity(parameters, force, checks.one_of("tolerances: quantity", name, names_of(parameters)))
         label = f"tolerance of {name}"
         if isinstance(given, str):
             text = given.strip()

@@ -136,8 +136,11 @@ class ConvergedScenario(ResultSequence):
         values = checks.array("values", values)
         if not (np.diff(values) > 0).all():
             raise ValueError(f"values = {checks.shown(values)} is not allowed; expected them ascending")
-        for end in values[[0, -1]]:
-            sheet.parameters.replace(**{name: float(end)})  # refuses what no such rig may have, before any is followed
+        for end in values[[0, -1]].tolist():
+            try:
+                sheet.parameters.replace(**{name: end})  # before any is followed
+            except ValueError as error:
+                raise ValueError(f"values: {error}") from None
         followed_ones = [pair for pair in zip(self, self.states(), strict=True) if "hysteresis" not in pair[0].kind]
         force, frequency = (np.full((values.size, len(followed_ones)), np.nan) for _ in range(2))
         for column, (_, state) in enumerate(followed_ones):
