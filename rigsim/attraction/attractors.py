@@ -15,6 +15,7 @@ from scipy.stats import qmc
 
 from .. import checks
 from ..campaign.cost import affordable
+from ..campaign.progress import reporting
 from ..model.oscillator import matrices
 from ..parameters import law_of, oscillator_of
 from ..theory.amplitude import frequency_response
@@ -34,7 +35,7 @@ _STATE, _PERIOD = 400, 2e-6  # of a state: bytes, and seconds a period
 _PATIENCE = 30  # e-foldings of the slowest linear mode after which what does not repeat is not periodic
 
 
-def attractors(parameters, force, frequency, *, law=None, box=None, starts=256, seed=0):
+def attractors(parameters, force, frequency, *, law=None, box=None, starts=256, seed=0, progress=False):
     """Every motion that lasts and that one of many starts leads to.
 
     Parameters
@@ -53,6 +54,8 @@ def attractors(parameters, force, frequency, *, law=None, box=None, starts=256, 
         Quasi-random states to begin from, at least 1. A motion whose basin has the share s of the box is missed with
         a probability of about (1 - s)^starts.
     seed : int
+    progress : bool or callable
+        True shows a bar; a callable is told (periods waited, periods to wait at most).
 
     Returns
     -------
@@ -84,7 +87,10 @@ def attractors(parameters, force, frequency, *, law=None, box=None, starts=256, 
     flow = accurate_flow(parameters, law, force, frequency, np.concatenate([corners, states[:240]]), box)
     patience = _patience(parameters, frequency)
     none = np.empty((0, 4)), np.empty((0, 4, 4)), np.empty(0, dtype=int)
-    return _search(Attractors((), flow, box, starts, seed, patience, *none), states)
+    with reporting(progress, patience, "periods at most") as report:
+        found = _search(Attractors((), flow, box, starts, seed, patience, *none), states, report)
+        report(patience)
+    return found
 
 
 def affordable_states(name, count, parameters, frequency, shared=False, at_once=None):
@@ -139,7 +145,7 @@ def default_box(parameters, force, frequency):
     return np.concatenate([sizes, omega * sizes])
 
 
-def _search(known, states):
+def _search(known, states, report=lambda waited: None):
     """What is known, and all that is found from some states besides."""
     flow, box = known.flow, known.box
     response = frequency_response(oscillator_of(flow.parameters), flow.force, [flow.frequency])
@@ -147,6 +153,7 @@ def _search(known, states):
     while len(states) and waited < known.patience:
         states = _untrapped(found, states)
         waited += _BLOCK
+        report(min(waited, known.patience))
         while len(states) and (orbit := _new_orbit(found, states)) is not None:
             period, points, _ = orbit
             images = -flow.advance(points, 0.5)

@@ -7,11 +7,14 @@ from scipy.ndimage import distance_transform_cdt
 
 from .. import checks
 from ..campaign.cost import affordable
+from ..campaign.progress import reporting
 from ..model.excitation import Tap
 from ..parameters import law_of
 from ..results import Result, frame
 from .attractors import affordable_states, attractors, settle_and_learn
 from .motions import Attractors
+
+_SEARCHES = 8  # for the smallest tap, each from where a fresh grid still finds a smaller one
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -217,7 +220,7 @@ def _lead(found, motion, velocity, instant, duration):
     return label.reshape(len(instant), len(velocity)).T
 
 
-def smallest_tap(taps, target, *, rounds=6):
+def smallest_tap(taps, target, *, rounds=6, progress=False):
     """Refine the smallest tap of a map that leads to a motion.
 
     Around the smallest found so far a finer grid of sizes and instants is laid, four times as fine in every round; in
@@ -230,6 +233,8 @@ def smallest_tap(taps, target, *, rounds=6):
     target : int or str
         The motion wanted: its number, or a name that only one bears.
     rounds : int
+    progress : bool or callable
+        True shows a bar; a callable is told (searches done, searches to do at most).
 
     Returns
     -------
@@ -246,14 +251,17 @@ def smallest_tap(taps, target, *, rounds=6):
     wanted, there = found.called("target", target).motion, taps._surely_reached(target)
     best = _smallest(taps.velocity, taps.instant, there)
     reach = np.abs(taps.velocity).max() / 8, 1 / 16
-    for _ in range(8):
-        best = _refine(found, motion, wanted, best, reach, rounds, taps.duration)
-        below = 0.98 * abs(best[0]) * np.concatenate([np.linspace(-1, -0.3, 24), np.linspace(0.3, 1, 24)])
-        phases = (np.arange(32) + 0.5) / 32
-        counter = _lead(found, motion, below, phases, taps.duration) == wanted
-        if not counter.any():
-            break
-        best, reach = _smallest(below, phases, counter), (0.1 * abs(best[0]), 1 / 32)
+    with reporting(progress, _SEARCHES, "searches at most") as report:
+        for search in range(_SEARCHES):
+            report(search)
+            best = _refine(found, motion, wanted, best, reach, rounds, taps.duration)
+            below = 0.98 * abs(best[0]) * np.concatenate([np.linspace(-1, -0.3, 24), np.linspace(0.3, 1, 24)])
+            phases = (np.arange(32) + 0.5) / 32
+            counter = _lead(found, motion, below, phases, taps.duration) == wanted
+            if not counter.any():
+                break
+            best, reach = _smallest(below, phases, counter), (0.1 * abs(best[0]), 1 / 32)
+        report(_SEARCHES)
     velocity, instant = best
     if velocity < 0 and found[motion].symmetric:  # the mirror image of the same tap
         velocity, instant = -velocity, (instant + 0.5) % 1.0

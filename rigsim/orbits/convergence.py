@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import checks
 from ..blas import one_blas_thread
+from ..campaign.progress import reporting
 from ..parameters import law_of
 from ..results import Result, frame
 from .continuation import advance, unit_tangent
@@ -56,7 +57,7 @@ class HarmonicsWorth(Result):
 
 
 @one_blas_thread
-def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 11), law=None):
+def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 11), law=None, *, progress=False):
     """Errors of the curves of `periodic_orbits` for several numbers of harmonics, against ten more than the largest.
 
     Parameters
@@ -69,6 +70,8 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     harmonics : sequence of int
         Ascending, from 1 to 190.
     law : {"exact", "cubic"}, optional
+    progress : bool or callable
+        True shows a bar; a callable is told (numbers of harmonics done, numbers in all).
 
     Returns
     -------
@@ -84,17 +87,20 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     counts = checks.integers("harmonics", harmonics, low=1, high=200 - _BEYOND)
     if list(counts) != sorted(set(counts)):
         raise ValueError(f"harmonics = {checks.shown(counts)} is not allowed; expected ascending numbers")
-    best = periodic_orbits(parameters, force, band, counts[-1] + _BEYOND, law)
-    places = [(point.kind, point.frequency) for branch in best for point in branch.special_points]
     error, shift, pieces, points = [], [], [], []
-    for count in counts:
-        error.append(_errors(best, count))
-        curves = periodic_orbits(parameters, force, band, count, law)
-        here = [(point.kind, point.frequency) for branch in curves for point in branch.special_points]
-        gaps = [min((abs(f - g) for name, g in here if name == kind), default=np.inf) for kind, f in places]
-        shift.append(max(gaps, default=0.0))
-        pieces.append(len(curves))
-        points.append(len(here))
+    with reporting(progress, len(counts) + 1, "numbers of harmonics") as report:
+        best = periodic_orbits(parameters, force, band, counts[-1] + _BEYOND, law)
+        places = [(point.kind, point.frequency) for branch in best for point in branch.special_points]
+        for i, count in enumerate(counts, 1):
+            report(i)
+            error.append(_errors(best, count))
+            curves = periodic_orbits(parameters, force, band, count, law)
+            here = [(point.kind, point.frequency) for branch in curves for point in branch.special_points]
+            gaps = [min((abs(f - g) for name, g in here if name == kind), default=np.inf) for kind, f in places]
+            shift.append(max(gaps, default=0.0))
+            pieces.append(len(curves))
+            points.append(len(here))
+        report(len(counts) + 1)
     arrays = map(np.array, (counts, error, shift, pieces, points))
     return HarmonicsWorth(*arrays, best[0].harmonics)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import checks
 from ..blas import one_blas_thread
+from ..campaign.progress import reporting
 from ..parameters import law_of
 from ..results import Result, ResultSequence, frame
 from ..theory import detached
@@ -118,7 +119,7 @@ class ConvergedScenario(ResultSequence):
         return tuple(result)
 
     @one_blas_thread
-    def over(self, name, values):
+    def over(self, name, values, *, progress=False):
         """The `EventCurves` of these events as one number of the rig changes.
 
         Parameters
@@ -128,6 +129,8 @@ class ConvergedScenario(ResultSequence):
         values : (n,) array_like
             SI units, ascending. Each event is followed outwards from the rig's own value, as far as it is there; the
             birth of hysteresis, no event of the pieces, is left out.
+        progress : bool or callable
+            True shows a bar; a callable is told (events followed, events in all).
         """
         sheet = self.sheet
         known = [one.name for one in fields(sheet.parameters) if one.metadata["allowed"] is not None or one.name == "k"]
@@ -143,14 +146,17 @@ class ConvergedScenario(ResultSequence):
                 raise ValueError(f"values: {error}") from None
         followed_ones = [pair for pair in zip(self, self.states(), strict=True) if "hysteresis" not in pair[0].kind]
         force, frequency = (np.full((values.size, len(followed_ones)), np.nan) for _ in range(2))
-        for column, (_, state) in enumerate(followed_ones):
-            for side in (np.flatnonzero(values >= own), np.flatnonzero(values < own)[::-1]):
-                here, before = state, own
-                for i in side:
-                    here = followed_to(self._between(name, before, values[i]), here, sheet.harmonics, sheet.law)
-                    if here is None:
-                        break
-                    force[i, column], frequency[i, column], before = here.force, here.frequency, values[i]
+        sides = np.flatnonzero(values >= own), np.flatnonzero(values < own)[::-1]
+        with reporting(progress, len(followed_ones), "events") as report:
+            for column, (_, state) in enumerate(followed_ones):
+                for side in sides:
+                    here, before = state, own
+                    for i in side:
+                        here = followed_to(self._between(name, before, values[i]), here, sheet.harmonics, sheet.law)
+                        if here is None:
+                            break
+                        force[i, column], frequency[i, column], before = here.force, here.frequency, values[i]
+                report(column + 1)
         events = tuple(event for event, _ in followed_ones)
         return EventCurves(events, sheet.parameters, name, own, values, force, frequency)
 
