@@ -246,7 +246,7 @@ def smallest_tap(taps, target, *, rounds=6, progress=False):
         If no tap of the map leads there.
     """
     taps = checks.instance("taps", taps, TapMap, "a TapMap")
-    rounds = checks.integer("rounds", rounds, low=1, high=20)
+    rounds, progress = checks.integer("rounds", rounds, low=1, high=20), checks.progress(progress)
     found, motion = taps.attractors, taps.motion
     wanted, there = found.called("target", target).motion, taps._surely_reached(target)
     best = _smallest(taps.velocity, taps.instant, there)

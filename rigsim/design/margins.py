@@ -188,7 +188,7 @@ def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=Non
     --------
     >>> margins(RigParameters(), 3.18)["d0"]  # doctest: +SKIP
     """
-    built = built_names(parameters)
+    built, progress = built_names(parameters), checks.progress(progress)
     names = built if names is None else checks.names("names", names, names_of(parameters), "names: quantity")
     harmonics, law = checked_harmonics(harmonics), law_of(parameters, law)
     if harmonics == 1:

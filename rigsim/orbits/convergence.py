@@ -83,7 +83,7 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
         If an input is not allowed; see `periodic_orbits`.
     """
     law, band = law_of(parameters, law), checks.pair("band", band, "Hz")
-    force = checks.positive("force", force, "N")
+    force, progress = checks.positive("force", force, "N"), checks.progress(progress)
     counts = checks.integers("harmonics", harmonics, low=1, high=200 - _BEYOND)
     if list(counts) != sorted(set(counts)):
         raise ValueError(f"harmonics = {checks.shown(counts)} is not allowed; expected ascending numbers")

@@ -136,7 +136,7 @@ class ConvergedScenario(ResultSequence):
         known = [one.name for one in fields(sheet.parameters) if one.metadata["allowed"] is not None or one.name == "k"]
         name = checks.one_of("name", name, known)
         own = float(np.mean(getattr(sheet.parameters, name)))
-        values = checks.array("values", values)
+        values, progress = checks.array("values", values), checks.progress(progress)
         if not (np.diff(values) > 0).all():
             raise ValueError(f"values = {checks.shown(values)} is not allowed; expected them ascending")
         for end in values[[0, -1]].tolist():
