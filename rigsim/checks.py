@@ -21,8 +21,8 @@ _LARGEST = 2**1024  # of a decimal that becomes an int: "1e999999999" would fill
 # overflows.
 _PHYSICAL = {
     "kg": (1e-20, 1e9), "m": (1e-20, 1e6), "s": (1e-15, 1e9), "N": (1e-20, 1e12), "Hz": (1e-12, 1e9), "rad": (0.0, 1e6),
-    "m/s": (0.0, 1e6), "m/s^2": (0.0, 1e12), "N/m": (1e-20, 1e20), "N s/m": (0.0, 1e15), "N m s/rad": (0.0, 1e15),
-    "N/m^3": (0.0, 1e40),
+    "m/s": (0.0, 1e6), "m/s^2": (0.0, 1e12), "N/m": (1e-20, 1e20), "N/m^3": (0.0, 1e40), "N s/m": (0.0, 1e15),
+    "N m s/rad": (0.0, 1e15),
 }  # fmt: skip
 _FEW = 6  # values of an array that are shown
 _SHORT = reprlib.Repr()
@@ -114,6 +114,13 @@ def _kind(value):
     """Among what kind of values another one may be equal to it; None where that is not asked."""
     kinds = {str: str, (bool, np.bool_): bool, (int, float, np.integer, np.floating): float}
     return next((kind for known, kind in kinds.items() if isinstance(value, known)), None)
+
+
+def harmonics(value):
+    """Return a number of harmonics, 1 to 200, or "auto"."""
+    if isinstance(value, str):
+        return one_of("harmonics", value, ("auto",))
+    return integer("harmonics", value, low=1, high=200)
 
 
 def motion(value, name="motion"):

@@ -17,7 +17,6 @@ from ..campaign.progress import reporting
 from ..parameters import OscillatorParameters, RigParameters, law_of
 from ..results import Result, frame
 from ..theory.detached import ForceEvent
-from .accuracy import checked_harmonics
 from .branches import PeriodicOrbits
 from .continuation import sizes
 from .curves import corrected, curve_through, place_on
@@ -184,7 +183,7 @@ def response_sheet(
     """
     law, progress = law_of(parameters, law), checks.progress(progress)
     band, force = checks.pair("band", band, "Hz"), checks.pair("force", force, "N")
-    harmonics = checked_harmonics(harmonics)
+    harmonics = checks.harmonics(harmonics)
     tolerance = checks.real("tolerance", tolerance, low=1e-12, high=1e-2)
     with reporting(progress, SLICES, "response sheet") as report:
         _, exploration = explored_with(

@@ -10,7 +10,6 @@ from ..campaign.progress import reporting
 from ..parameters import law_of
 from ..results import Result, ResultSequence, frame
 from ..theory import detached
-from .accuracy import checked_harmonics
 
 _HALVINGS = 6  # of a change of the rig over which an event is not followed at once
 _SYMMETRIC = ("inner", "outer", "hysteresis", "merger", "split", "exchange")  # how their events are called
@@ -210,7 +209,7 @@ def force_scenario(parameters, harmonics=1, law=None, *, band=None, force=None, 
     ValueError
         If an input is not allowed, or there is no single-term event that would tell band and force.
     """
-    law, harmonics, progress = law_of(parameters, law), checked_harmonics(harmonics), checks.progress(progress)
+    law, harmonics, progress = law_of(parameters, law), checks.harmonics(harmonics), checks.progress(progress)
     band = None if band is None else checks.pair("band", band, "Hz")
     force = None if force is None else checks.pair("force", force, "N")
     single = detached.force_scenario(parameters)
