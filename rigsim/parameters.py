@@ -254,6 +254,13 @@ def rigs_of(parameters):
     return checks.one_or_many("parameters", parameters, RigParameters, _RIG)
 
 
+def band_of(parameters, band):
+    """A checked ``band`` (a pair in Hz), within ten thousand times the shaker's natural frequency, down and up."""
+    natural = oscillator_of(parameters).omega_s / (2 * np.pi)
+    low, high = (float(f"{times * natural:.3g}") for times in (1e-4, 1e4))
+    return checks.pair("band", band, "Hz", low=low, high=high, low_open=False)
+
+
 LAWS = ("exact", "cubic")
 
 

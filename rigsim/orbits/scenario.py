@@ -7,7 +7,7 @@ import numpy as np
 from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.progress import reporting
-from ..parameters import law_of
+from ..parameters import band_of, law_of
 from ..results import Result, ResultSequence, frame
 from ..theory import detached
 
@@ -210,7 +210,7 @@ def force_scenario(parameters, harmonics=1, law=None, *, band=None, force=None, 
         If an input is not allowed, or there is no single-term event that would tell band and force.
     """
     law, harmonics, progress = law_of(parameters, law), checks.harmonics(harmonics), checks.progress(progress)
-    band = None if band is None else checks.pair("band", band, "Hz")
+    band = None if band is None else band_of(parameters, band)
     force = None if force is None else checks.pair("force", force, "N")
     single = detached.force_scenario(parameters)
     if harmonics == 1:

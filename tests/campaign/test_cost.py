@@ -47,7 +47,12 @@ ABSURD = [
     (lambda r: rigsim.subharmonic_motions(RIG, 3.18, starts=10**9), "starts", "GB|days"),
     (lambda r: periodic_orbits(RIG, 3.18, harmonics=5000), "harmonics = 5000 .*from 1 to 200", ""),
     (lambda r: rigsim.harmonics_worth(RIG, 3.18, harmonics=(1, 5000)), "harmonics = 5000 .*from 1 to 190", ""),
-    (lambda r: rigsim.response_sheet(RIG, (1e-20, 1e20)), "band = 1e.* Hz is not allowed", ""),
+    (
+        lambda r: rigsim.response_sheet(RIG, (1e-3, 80)),
+        "band.0. = 0.001 Hz is not allowed; .* from 0.00556 to 556000",
+        "",
+    ),
+    (lambda r: periodic_orbits(RIG, 3.18, (5, 1e6)), "band.1. = 1000000 Hz is not allowed", ""),
     (lambda r: rigsim.static_equilibrium(RIG).sweep(10**9), "points = 1000000000", ""),
 ]
 
