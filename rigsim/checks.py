@@ -21,8 +21,8 @@ _LARGEST = 2**1024  # of a decimal that becomes an int: "1e999999999" would fill
 # overflows.
 _PHYSICAL = {
     "kg": (1e-20, 1e9), "m": (1e-20, 1e6), "s": (1e-15, 1e9), "N": (1e-20, 1e12), "Hz": (1e-12, 1e9), "rad": (0.0, 1e6),
-    "m/s": (0.0, 1e6), "m/s^2": (0.0, 1e12), "N/m": (1e-20, 1e20), "N s/m": (0.0, 1e15), "N m s/rad": (0.0, 1e15),
-    "N/m^3": (0.0, 1e40),
+    "m/s": (0.0, 1e6), "m/s^2": (0.0, 1e12), "N/m": (1e-20, 1e20), "N/m^3": (0.0, 1e40), "N s/m": (0.0, 1e15),
+    "N m s/rad": (0.0, 1e15),
 }  # fmt: skip
 _FEW = 6  # values of an array that are shown
 _SHORT = reprlib.Repr()
@@ -116,6 +116,18 @@ def _kind(value):
     return next((kind for known, kind in kinds.items() if isinstance(value, known)), None)
 
 
+def harmonics(value):
+    """Return a number of harmonics, 1 to 200, or "auto"."""
+    if isinstance(value, str):
+        return one_of("harmonics", value, ("auto",))
+    return integer("harmonics", value, low=1, high=200)
+
+
+def motion(value, name="motion"):
+    """Return what names a motion, its number (an int of at least 0) or its name; if there is one is known later."""
+    return value if isinstance(value, str) else integer(name, value, low=0)
+
+
 def text(name, value):
     """Return ``value`` if it is text, else raise `ValueError`."""
     return instance(name, value, str, "text")
@@ -128,23 +140,11 @@ def instance(name, value, kinds, expected):
     return value
 
 
-def sequence(name, value, kinds, expected, *, min_size=1):
-    """Return ``value`` as a tuple of instances of ``kinds``; ``expected`` says of what kind each is to be."""
-    wanted = f"a sequence of {expected}"
-    if isinstance(value, _NO_SEQUENCE) or not hasattr(value, "__len__") or not np.iterable(value):
-        raise ValueError(f"{name} = {shown(value)} is not allowed; expected {wanted}")
-    members = tuple(value)
-    if len(members) < min_size:
-        raise ValueError(f"{name} has {len(members)} elements; expected {wanted}, at least {min_size}")
-    return tuple(instance(f"{name}[{i}]", one, kinds, expected) for i, one in enumerate(members))
-
-
 def names(name, value, allowed, each=None):
     """Return ``value`` as a tuple of at least one of ``allowed``; ``each`` is what an error calls one of them."""
-    if isinstance(value, _NO_SEQUENCE) or not (np.iterable(value) and hasattr(value, "__len__")):
-        raise ValueError(
-            f"{name} = {shown(value)} is not allowed; expected a sequence of {', '.join(map(repr, allowed))}"
-        )
+    if not _is_sequence(value):
+        told = f"{name} = {shown(value)} is not allowed"
+        raise ValueError(f"{told}; expected a sequence of {', '.join(map(repr, allowed))}")
     if not len(value):
         raise ValueError(f"{name} is empty; expected at least one name")
     return tuple(one_of(each or name, one, allowed) for one in value)
@@ -153,7 +153,7 @@ def names(name, value, allowed, each=None):
 def integers(name, value, *, low, high=math.inf, size=None):
     """Return ``value`` as a tuple of `integer`; where ``size`` is not given, one or more, or one alone."""
     alone = size is None and _is_real(value)
-    if not alone and (isinstance(value, _NO_SEQUENCE) or not (np.iterable(value) and hasattr(value, "__len__"))):
+    if not alone and not _is_sequence(value):
         wanted = f"{size or 'one or more'} whole numbers of at least {low}"
         raise ValueError(f"{name} = {shown(value)} is not allowed; expected {wanted}")
     members = (value,) if alone else tuple(value)
@@ -162,12 +162,15 @@ def integers(name, value, *, low, high=math.inf, size=None):
     return tuple(integer(name, one, low=low, high=high) for one in members)
 
 
+def _is_sequence(value):
+    several = np.iterable(value) and hasattr(value, "__len__") and getattr(value, "ndim", 1) == 1
+    return several and not isinstance(value, (*_NO_SEQUENCE, type))
+
+
 def one_or_many(name, value, kinds, expected):
     """List of the instances of ``kinds`` in a sequence of them, or of the one given; see `instance`."""
-    many = np.iterable(value) and hasattr(value, "__len__") and not isinstance(value, _NO_SEQUENCE)
-    return [
-        instance(name, one, kinds, expected) for one in (value if many and not isinstance(value, kinds) else [value])
-    ]
+    members = value if _is_sequence(value) and not isinstance(value, kinds) else [value]
+    return [instance(name, member, kinds, expected) for member in members]
 
 
 def array(

@@ -42,17 +42,19 @@ class _Table(Result):
 
 _POSITIVE = {"allowed": {"low": 0.0, "low_open": True}}
 _NOT_NEGATIVE = {"allowed": {"low": 0.0}}
+_LARGEST = 1e60  # of a number without a unit: no product of a few of them overflows
+_RATIO = {"allowed": {"low": 0.0, "high": _LARGEST}}
 
 
 @dataclass(frozen=True)
 class Nondimensional(_Table):
     """The five numbers of Eqs. (4a, b): the paper's Table 5."""
 
-    mu: float = _quantity("", "mass ratio m/ms", **_POSITIVE)
-    zeta_s: float = _quantity("", "damping ratio of the shaker, cs/(2 ms omega_s)", **_NOT_NEGATIVE)
-    zeta: float = _quantity("", "damping ratio of the attachment, c/(2 m omega_s)", **_NOT_NEGATIVE)
-    Omega0: float = _quantity("", "frequency ratio sqrt(k1/m)/omega_s", **_NOT_NEGATIVE)
-    gamma: float = _quantity("", "nonlinear coefficient k3 (F/ks)^2/(mu ks)", **_NOT_NEGATIVE)
+    mu: float = _quantity("", "mass ratio m/ms", allowed={"low": 1 / _LARGEST, "high": _LARGEST})
+    zeta_s: float = _quantity("", "damping ratio of the shaker, cs/(2 ms omega_s)", **_RATIO)
+    zeta: float = _quantity("", "damping ratio of the attachment, c/(2 m omega_s)", **_RATIO)
+    Omega0: float = _quantity("", "frequency ratio sqrt(k1/m)/omega_s", **_RATIO)
+    gamma: float = _quantity("", "nonlinear coefficient k3 (F/ks)^2/(mu ks)", **_RATIO)
 
 
 @dataclass(frozen=True)
@@ -250,6 +252,13 @@ def rig_of(parameters, name="parameters"):
 def rigs_of(parameters):
     """List of the `RigParameters` in a sequence of them, or of the one given; `ValueError` for anything else."""
     return checks.one_or_many("parameters", parameters, RigParameters, _RIG)
+
+
+def band_of(parameters, band):
+    """A checked ``band`` (a pair in Hz), within ten thousand times the shaker's natural frequency, down and up."""
+    natural = oscillator_of(parameters).omega_s / (2 * np.pi)
+    low, high = (float(f"{times * natural:.3g}") for times in (1e-4, 1e4))
+    return checks.pair("band", band, "Hz", low=low, high=high, low_open=False)
 
 
 LAWS = ("exact", "cubic")

@@ -72,16 +72,16 @@ def attractors(parameters, force, frequency, *, law=None, box=None, starts=256, 
     >>> attractors(RigParameters(), 3.18, 30.0).names  # doctest: +SKIP
     ['low', 'high']
     """
-    law = law_of(parameters, law)
+    law, progress = law_of(parameters, law), checks.progress(progress)
     force = checks.positive("force", force, "N")
     frequency = checks.positive("frequency", frequency, "Hz")
     starts, seed = checks.integer("starts", starts, low=1), checks.seed("seed", seed)
+    affordable_states("starts", starts, parameters, frequency)
     if box is None:
         box = default_box(parameters, force, frequency)
     box = checks.array("box", box, low=0.0, low_open=True, high=FARTHEST)
     if box.size != 4:
         raise ValueError(f"box has {box.size} elements; expected 4, one for each of xs, z, xs', z'")
-    affordable_states("starts", starts, parameters, frequency)
     states = quasi_random(starts, box, seed)
     corners = box * np.array(np.meshgrid(*4 * [[-1, 1]])).reshape(4, 16).T
     flow = accurate_flow(parameters, law, force, frequency, np.concatenate([corners, states[:240]]), box)

@@ -98,7 +98,7 @@ def basins(
     """
     progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
     frequency, law = checks.positive("frequency", frequency, "Hz"), law_of(parameters, law)
-    pixels = checks.integer("pixels", pixels, low=2)
+    pixels, motion = checks.integer("pixels", pixels, low=2), checks.motion(motion)
     samples = checks.integer("samples", samples, low=1)
     if window is not None:
         window = checks.array("window", window, low=0.0, low_open=True, high=FARTHEST, size=2)

@@ -122,13 +122,17 @@ class Attractors(ResultSequence):
 
     def find(self, motion):
         """The attractor of an identifier, or of a name that only one bears."""
+        return self.called("motion", motion)
+
+    def called(self, argument, motion):
+        """What `find` finds of the ``motion`` that was given as an argument of that name."""
         number = isinstance(motion, Integral) and not isinstance(motion, bool)
         known = [number and motion == one.motion or isinstance(motion, str) and motion == one.name for one in self]
         found = [one for one, same in zip(self, known, strict=True) if same]
         if len(found) != 1:
             told = ", ".join(f"{one.motion} ({one.name})" for one in self)
             expected = f"one of {told}, by its number if names repeat"
-            raise ValueError(f"motion = {checks.shown(motion)} is not allowed; expected {expected}")
+            raise ValueError(f"{argument} = {checks.shown(motion)} is not allowed; expected {expected}")
         return found[0]
 
     def settle(self, states, **options):

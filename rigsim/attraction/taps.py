@@ -196,7 +196,7 @@ def tap_map(
     progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
     frequency, law = checks.positive("frequency", frequency, "Hz"), law_of(parameters, law)
     velocity = np.linspace(-1, 1, 81) if velocity is None else checks.array("velocity", velocity, "m/s")
-    instants = checks.integer("instants", instants, low=1)
+    instants, motion = checks.integer("instants", instants, low=1), checks.motion(motion)
     duration = checks.real("duration", duration, "s", low=1e-9, high=100 / frequency)
     count, shared = instants * velocity.size, executor or checkpoint
     affordable_states("instants x velocity", count, parameters, frequency, shared)
@@ -246,9 +246,9 @@ def smallest_tap(taps, target, *, rounds=6, progress=False):
         If no tap of the map leads there.
     """
     taps = checks.instance("taps", taps, TapMap, "a TapMap")
-    rounds = checks.integer("rounds", rounds, low=1, high=20)
-    there, found, motion = taps._surely_reached(target), taps.attractors, taps.motion
-    wanted = found.find(target).motion
+    rounds, progress = checks.integer("rounds", rounds, low=1, high=20), checks.progress(progress)
+    found, motion = taps.attractors, taps.motion
+    wanted, there = found.called("target", target).motion, taps._surely_reached(target)
     best = _smallest(taps.velocity, taps.instant, there)
     reach = np.abs(taps.velocity).max() / 8, 1 / 16
     with reporting(progress, _SEARCHES, "searches at most") as report:

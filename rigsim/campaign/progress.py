@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 
+from .. import checks
 from .stop import look
 
 
@@ -12,6 +13,7 @@ def reporting(progress, total, label=""):
     ``progress`` is True for a bar (in a notebook a widget) with the text ``label`` beside it, False for nothing, or a
     callable, which is called as ``progress(done, total)``. Each report is a place where the work may be stopped.
     """
+    progress = checks.progress(progress)
 
     def reported(tell):
         def report(done):
@@ -22,12 +24,10 @@ def reporting(progress, total, label=""):
 
     if callable(progress):
         yield reported(lambda done: progress(done, total))
-    elif progress is False:
+    elif not progress:
         yield reported(lambda done: None)
-    elif progress is True:
+    else:
         from tqdm.auto import tqdm  # only here, since it loads widgets
 
         with tqdm(total=total, desc=label or None) as bar:
             yield reported(lambda done: bar.update(done - bar.n))
-    else:
-        raise ValueError(f"progress = {progress!r} is not allowed; expected True, False or a callable(done, total)")

@@ -185,7 +185,7 @@ def _axis(parameters, force, which, given, count):
     if not isinstance(given, str) and not (isinstance(given, (list, tuple)) and len(given) == 3):
         raise ValueError(f"axis {which} = {checks.shown(given)} is not allowed; expected a name, or (name, low, high)")
     name, *ends = (given,) if isinstance(given, str) else given
-    name = checks.one_of("quantity", name, names_of(parameters))
+    name = checks.one_of(f"{which}: quantity", name, names_of(parameters))
     item = quantity(parameters, force, name)
     if not ends:
         ends = 0.5 * item.value, 2 * item.value

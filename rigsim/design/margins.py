@@ -8,7 +8,6 @@ import numpy as np
 from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.progress import reporting
-from ..orbits.accuracy import checked_harmonics
 from ..parameters import law_of
 from ..results import ResultSequence, frame
 from .converged import Edges
@@ -188,9 +187,9 @@ def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=Non
     --------
     >>> margins(RigParameters(), 3.18)["d0"]  # doctest: +SKIP
     """
-    built = built_names(parameters)
-    names = built if names is None else checks.names("names", names, names_of(parameters), "quantity")
-    harmonics, law = checked_harmonics(harmonics), law_of(parameters, law)
+    built, progress = built_names(parameters), checks.progress(progress)
+    names = built if names is None else checks.names("names", names, names_of(parameters), "names: quantity")
+    harmonics, law = checks.harmonics(harmonics), law_of(parameters, law)
     if harmonics == 1:
         force, number = checked_start(parameters, force, kind)
     else:

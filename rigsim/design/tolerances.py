@@ -9,7 +9,6 @@ from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.cost import affordable
 from ..campaign.run import join, run_chunks, split
-from ..orbits.accuracy import checked_harmonics
 from ..parameters import law_of, oscillator_of
 from ..results import Result, frame
 from .converged import Edges
@@ -169,7 +168,7 @@ def tolerance_study(
     samples = checks.integer("samples", samples, low=1)
     distribution = checks.one_of("distribution", distribution, ("uniform", "normal"))
     number, seed = kind_number(kind), checks.seed("seed", seed, generator=True)
-    harmonics, law = checked_harmonics(harmonics), law_of(parameters, law)
+    harmonics, law = checks.harmonics(harmonics), law_of(parameters, law)
     each = _RIG if harmonics == 1 else _CONVERGED
     affordable(
         f"samples = {samples}", instead="fewer samples", memory=samples * (_BYTES + 16 * len(widths)),

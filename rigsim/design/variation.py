@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import checks
 from ..parameters import RigParameters, oscillator_of
+from ..theory.levels import UNDAMPED
 from .count import KINDS, existence_forces, judge
 
 _FIELDS = ("ms", "ks", "cs", "m", "c")
@@ -113,7 +114,7 @@ def varied_sets(parameters, force, changes):
         }
     columns = np.broadcast_arrays(*(changed(name, groups[name]) for name in _GROUPS), possible)
     sets = np.array(np.stack(columns[:5], axis=-1).reshape(-1, 5), dtype=float)
-    good = np.isfinite(sets).all(axis=1) & (sets >= 0).all(axis=1) & (sets[:, :2] > 0).all(axis=1)
+    good = np.isfinite(sets).all(axis=1) & (sets >= 0).all(axis=1) & (sets[:, 0] > 0) & (sets[:, 1] >= UNDAMPED)
     sets[~(good & columns[5].ravel())] = np.nan
     return sets
 
@@ -149,7 +150,7 @@ def checked_start(parameters, force, kind):
     spans = existence_forces(parameters, kind)
     if not any(low < force < high for low, high in spans):
         ranges = " or ".join(f"between {low:.5g} and {high:.5g} N" for low, high in spans)
-        wanted = f"expected one {ranges}" if spans else "there is none at any force"
+        wanted = f"expected one {ranges}" if spans else "expected another rig: there is none at any force"
         raise ValueError(f"force = {force:g} N gives no {kind} detached curve; {wanted}")
     return force, number
 
@@ -170,7 +171,7 @@ def half_widths(parameters, force, tolerances):
         )
     widths = {}
     for name, given in tolerances.items():
-        item = quantity(parameters, force, name)
+        item = quantity(parameters, force, checks.one_of("tolerances: quantity", name, names_of(parameters)))
         label = f"tolerance of {name}"
         if isinstance(given, str):
             text = given.strip()

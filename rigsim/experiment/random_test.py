@@ -7,12 +7,13 @@ import numpy as np
 from .. import checks
 from ..campaign.cost import affordable
 from ..campaign.progress import reporting
-from ..model.chipmunk import STARTS, RigSpace
+from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import HOLDS, HeldForce
 from ..parameters import rig_of
 from .record import Record
 
 _BLOCK = 1000  # samples between two looks at the clock and the keyboard
+_BLOCK_STEPS = 1_000_000  # of which a block has no more either
 _SAMPLE, _KICK, _STEP = 100, 60, 4e-7  # bytes a sample, bytes a step of a block, seconds a step
 
 
@@ -49,14 +50,14 @@ def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-
     sample_rate = checks.positive("sample_rate", sample_rate, "Hz")
     hold, start = checks.one_of("hold", hold, HOLDS), checks.one_of("start", start, STARTS)
     step, seed = checks.positive("step", step, "s"), None if seed is None else checks.seed("seed", seed)
-    substeps = _affordable_substeps(f"force of {force.size} samples", force.size, sample_rate, step)
-    step = 1 / (sample_rate * substeps)
+    substeps = _affordable_substeps(parameters, f"force of {force.size} samples", force.size, sample_rate, step)
+    step, most = 1 / (sample_rate * substeps), max(1, min(_BLOCK, _BLOCK_STEPS // substeps))
     space = RigSpace([parameters], step, start)
     kicks = HeldForce(force, substeps, hold)
     shaker, mass, tilt = (np.empty(force.size) for _ in range(3))
     with reporting(progress, force.size, "samples") as report:
-        for first in range(0, force.size, _BLOCK):
-            block = slice(first, min(first + _BLOCK, force.size))
+        for first in range(0, force.size, most):
+            block = slice(first, min(first + most, force.size))
             steps = (block.stop - first) * substeps
             motion = space.advance(kicks.kicks(first * substeps, steps), np.zeros((steps, 1)), substeps)
             if not np.isnan(motion.parted[0]):
@@ -71,12 +72,13 @@ def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-
     )
 
 
-def _affordable_substeps(given, samples, sample_rate, step):
-    """Steps a sample interval, if that many samples of them can be afforded."""
+def _affordable_substeps(parameters, given, samples, sample_rate, step):
+    """Steps a sample interval, if they are neither too long nor too short, and that many can be afforded."""
     substeps = math.ceil(1 / (sample_rate * step) * (1 - 1e-12))
+    check_step([parameters], 1 / (sample_rate * substeps))
     affordable(
         f"{given} at {sample_rate:g} Hz in steps of {step:g} s", instead="fewer samples or a longer step",
-        memory=_SAMPLE * samples + _KICK * min(_BLOCK, samples) * substeps, seconds=_STEP * samples * substeps,
+        memory=_SAMPLE * samples + _KICK * substeps, seconds=_STEP * samples * substeps,
     )  # fmt: skip
     return substeps
 
@@ -111,7 +113,7 @@ def random_test(
     samples = checks.integer("number of samples", round(duration * sample_rate), low=2)
     hold, start = checks.one_of("hold", hold, HOLDS), checks.one_of("start", start, STARTS)
     seed = checks.seed("seed", seed)
-    _affordable_substeps(f"duration = {duration:g} s", samples, sample_rate, step)
+    _affordable_substeps(parameters, f"duration = {duration:g} s", samples, sample_rate, step)
     force = np.random.default_rng(seed).standard_normal(samples)
     force *= rms / np.sqrt(np.mean(force**2))
     return simulate(parameters, force, sample_rate, hold, start, step, seed=seed, progress=progress)

@@ -19,7 +19,7 @@ from .receptance import RationalFraction, fit_rational_fraction
 from .refine import refine_state_space
 from .subspace import StateSpace, fit_input_matrices, identify_state_space
 
-_MATRICES, _LINE, _SAMPLE = 6, 6e3, 2e3  # of all block rows, in memory at once; bytes a frequency and a sample
+_MATRICES, _LINE, _SAMPLE = 8, 6e4, 1e3  # of all block rows, in memory at once; bytes a frequency and a sample
 _STEPS = 5  # of work, the first of them twice as long as the others
 RESOLUTION = 0.1  # Hz between the frequencies of a result
 # Limits of what is believed: a clean record of the right hold leaves a misfit of 1e-9 to 1e-4 ...
@@ -221,11 +221,11 @@ def _refuse_endless(record, block_rows, band):
     rows, samples, lines = 2.0 * block_rows * 5, record.force.size, (band[1] - band[0]) / RESOLUTION
     affordable(
         f"block_rows = {block_rows}", instead="fewer block rows", memory=8 * _MATRICES * rows**2,
-        seconds=4e-10 * samples * rows * 5 + 2e-9 * rows**3,
+        seconds=4e-10 * samples * rows * 5 + 5e-10 * rows**3,
     )  # fmt: skip
     affordable(
         f"band = {band[0]:g} to {band[1]:g} Hz with a record of {samples} samples", instead="a narrower band",
-        memory=_LINE * lines + _SAMPLE * samples, seconds=1e-4 * lines + 1e-4 * samples,
+        memory=_LINE * lines + _SAMPLE * samples, seconds=2e-3 * lines + 2e-5 * samples,
     )  # fmt: skip
 
 

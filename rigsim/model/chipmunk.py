@@ -33,6 +33,7 @@ from .planar import (
 )
 
 PYMUNK = "7.3.1"
+_SHORTEST = 1e-4  # of the longest stable step
 STARTS = ("rest", "equilibrium")
 
 
@@ -116,10 +117,12 @@ class Motion:
 
 
 def check_step(parameters, step):
-    """Raise `ValueError` for a step (s) that is too long for the stiffest of the rigs."""
+    """Raise `ValueError` for a step (s) that is too long for the stiffest of the rigs, or shorter than is of use."""
     limit = min(longest_step(p) for p in set(parameters))
     if not 0 < step < limit:
         raise ValueError(f"step = {step:g} s is unstable; expected above 0 and below 2/omega = {limit:.3g} s")
+    if step < _SHORTEST * limit:  # rounding outgrows the error of the step
+        raise ValueError(f"step = {step:g} s is shorter than is of use; expected {_SHORTEST * limit:.3g} s or more")
 
 
 class RigSpace:

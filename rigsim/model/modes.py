@@ -66,7 +66,8 @@ def modes_of(mass, damping, stiffness, names):
     values, vectors = scipy.linalg.eig(companion)
     keep = np.argsort(np.abs(values[values.imag > 0]))
     if len(keep) != n:
-        raise ValueError(f"{n - len(keep)} of {n} modes do not oscillate: the equilibrium is unstable or overdamped")
+        told = f"{n - len(keep)} of {n} modes do not oscillate"
+        raise ValueError(f"{told}: the equilibrium is unstable or overdamped; expected stiffness, and less damping")
     order = np.flatnonzero(values.imag > 0)[keep]
     energy_shape = vectors[:n, order].T
     shape = largest_to_one(energy_shape / half)

@@ -7,7 +7,6 @@ the shortest one, says how far the orbit is from theirs. That is an estimate, go
 
 import numpy as np
 
-from .. import checks
 from .continuation import sizes
 from .harmonic_balance import residual
 
@@ -52,13 +51,6 @@ def climbed(attempt, harmonics, tolerance, first=LADDER[0]):
             return result, error
         wanted = count * np.log(tolerance) / np.log(min(error, 0.5))
         count = next((rung for rung in above if rung >= wanted), above[-1])
-
-
-def checked_harmonics(harmonics, high=200):
-    """A number of harmonics, from 1 to ``high``, or "auto"; `ValueError` if it is neither."""
-    if isinstance(harmonics, str):
-        return checks.one_of("harmonics", harmonics, ("auto",))
-    return checks.integer("harmonics", harmonics, low=1, high=high)
 
 
 def doubt(error, harmonics, tolerance):

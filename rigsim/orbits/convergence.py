@@ -7,7 +7,7 @@ import numpy as np
 from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.progress import reporting
-from ..parameters import law_of
+from ..parameters import band_of, law_of
 from ..results import Result, frame
 from .continuation import advance, unit_tangent
 from .harmonic_balance import balance
@@ -66,7 +66,7 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     force : float
         Force amplitude F (N, above zero).
     band : (float, float)
-        Forcing frequencies (Hz).
+        Forcing frequencies (Hz), within ten thousand times the natural frequency of the shaker, up and down.
     harmonics : sequence of int
         Ascending, from 1 to 190.
     law : {"exact", "cubic"}, optional
@@ -82,8 +82,8 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     ValueError
         If an input is not allowed; see `periodic_orbits`.
     """
-    law, band = law_of(parameters, law), checks.pair("band", band, "Hz")
-    force = checks.positive("force", force, "N")
+    law, band = law_of(parameters, law), band_of(parameters, band)
+    force, progress = checks.positive("force", force, "N"), checks.progress(progress)
     counts = checks.integers("harmonics", harmonics, low=1, high=200 - _BEYOND)
     if list(counts) != sorted(set(counts)):
         raise ValueError(f"harmonics = {checks.shown(counts)} is not allowed; expected ascending numbers")

@@ -26,10 +26,10 @@ import numpy as np
 from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.progress import reporting
-from ..parameters import law_of, oscillator_of
+from ..parameters import band_of, law_of, oscillator_of
 from ..theory.amplitude import frequency_response
 from ..theory.detached import folds
-from .accuracy import NOTICED, checked_harmonics, climbed, doubt, worst
+from .accuracy import NOTICED, climbed, doubt, worst
 from .branches import PeriodicOrbits
 from .continuation import correct_at, place_on
 from .curves import add_curve, add_curve_at_fold, branch_of, branching_curves, corrected, curve_through, joined
@@ -64,7 +64,7 @@ def periodic_orbits(
     force : float
         Force amplitude F (N, above zero).
     band : (float, float)
-        Forcing frequencies (Hz).
+        Forcing frequencies (Hz), within ten thousand times the natural frequency of the shaker, up and down.
     harmonics : int or "auto"
         Multiples of the forcing frequency kept besides the mean, odd and even; 1 is single-term theory (and a mean).
         "auto": as many as the ``tolerance`` needs, from 9 to 55.
@@ -92,9 +92,9 @@ def periodic_orbits(
     ValueError
         If an input is not allowed, the exact law is asked of a set without wires, or the shaker is undamped.
     """
-    law, band = law_of(parameters, law), checks.pair("band", band, "Hz")
+    law, band = law_of(parameters, law), band_of(parameters, band)
     force, progress = checks.positive("force", force, "N"), checks.progress(progress)
-    harmonics, period = checked_harmonics(harmonics), checks.one_of("period", period, (1, 2))
+    harmonics, period = checks.harmonics(harmonics), checks.one_of("period", period, (1, 2))
     search = checks.one_of("search", search, ("complete", "seeds"))
     tolerance = checks.real("tolerance", tolerance, low=1e-12, high=1e-2)
     with reporting(progress, SLICES, "periodic orbits") as report:
@@ -180,7 +180,8 @@ def curves_at(sheets, force, band, exploration=None):
         if exploration:
             _complete(sheets[level], system, level, found[level], share, band, exploration)
     if not found[0]:
-        raise RuntimeError(f"no single-term solution from {band[0]:g} to {band[1]:g} Hz led to a converged orbit")
+        told = f"no single-term solution at force = {force:g} N over band = {band[0]:g} to {band[1]:g} Hz"
+        raise ValueError(f"{told} led to a converged orbit; expected a weaker force, another band or more harmonics")
     return found, lost
 
 
@@ -239,7 +240,7 @@ def continue_orbit(
     relative : (k,) array_like of complex
         Its lines of z (m) at the multiples 0, 1, ... of frequency/period; missing ones are taken as zero.
     band : (float, float)
-        Forcing frequencies (Hz).
+        Forcing frequencies (Hz), within ten thousand times the natural frequency of the shaker, up and down.
     harmonics : int or "auto"
         Multiples of the forcing frequency kept; so ``period`` times as many lines.
     law : {"exact", "cubic"}, optional
@@ -257,8 +258,8 @@ def continue_orbit(
     ValueError
         If an input is not allowed, or no orbit is found from the given lines.
     """
-    law, (low, high) = law_of(parameters, law), checks.pair("band", band, "Hz")
-    force, harmonics = checks.positive("force", force, "N"), checked_harmonics(harmonics)
+    law, (low, high) = law_of(parameters, law), band_of(parameters, band)
+    force, harmonics = checks.positive("force", force, "N"), checks.harmonics(harmonics)
     frequency = checks.real("frequency", frequency, "Hz", low=low, high=high)
     tolerance = checks.real("tolerance", tolerance, low=1e-12, high=1e-2)
     period = checks.one_of("period", period, (1, 2, 3))

@@ -14,10 +14,9 @@ import numpy as np
 from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.progress import reporting
-from ..parameters import OscillatorParameters, RigParameters, law_of
+from ..parameters import OscillatorParameters, RigParameters, band_of, law_of
 from ..results import Result, frame
 from ..theory.detached import ForceEvent
-from .accuracy import checked_harmonics
 from .branches import PeriodicOrbits
 from .continuation import sizes
 from .curves import corrected, curve_through, place_on
@@ -168,7 +167,7 @@ def response_sheet(
     ----------
     parameters : RigParameters or OscillatorParameters
     band : (float, float)
-        Forcing frequencies (Hz).
+        Forcing frequencies (Hz), within ten thousand times the natural frequency of the shaker, up and down.
     force : (float, float)
         Force amplitudes (N).
     harmonics, law, tolerance, progress
@@ -183,8 +182,8 @@ def response_sheet(
         `.at(force).verdict()` looks for them, from 64 starts at each of eight frequencies, and follows what it meets.
     """
     law, progress = law_of(parameters, law), checks.progress(progress)
-    band, force = checks.pair("band", band, "Hz"), checks.pair("force", force, "N")
-    harmonics = checked_harmonics(harmonics)
+    band, force = band_of(parameters, band), checks.pair("force", force, "N")
+    harmonics = checks.harmonics(harmonics)
     tolerance = checks.real("tolerance", tolerance, low=1e-12, high=1e-2)
     with reporting(progress, SLICES, "response sheet") as report:
         _, exploration = explored_with(

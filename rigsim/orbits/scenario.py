@@ -7,10 +7,9 @@ import numpy as np
 from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.progress import reporting
-from ..parameters import law_of
+from ..parameters import band_of, law_of
 from ..results import Result, ResultSequence, frame
 from ..theory import detached
-from .accuracy import checked_harmonics
 
 _HALVINGS = 6  # of a change of the rig over which an event is not followed at once
 _SYMMETRIC = ("inner", "outer", "hysteresis", "merger", "split", "exchange")  # how their events are called
@@ -136,11 +135,14 @@ class ConvergedScenario(ResultSequence):
         known = [one.name for one in fields(sheet.parameters) if one.metadata["allowed"] is not None or one.name == "k"]
         name = checks.one_of("name", name, known)
         own = float(np.mean(getattr(sheet.parameters, name)))
-        values = checks.array("values", values)
+        values, progress = checks.array("values", values), checks.progress(progress)
         if not (np.diff(values) > 0).all():
             raise ValueError(f"values = {checks.shown(values)} is not allowed; expected them ascending")
-        for end in values[[0, -1]]:
-            sheet.parameters.replace(**{name: float(end)})  # refuses what no such rig may have, before any is followed
+        for end in values[[0, -1]].tolist():
+            try:
+                sheet.parameters.replace(**{name: end})  # before any is followed
+            except ValueError as error:
+                raise ValueError(f"values: {error}") from None
         followed_ones = [pair for pair in zip(self, self.states(), strict=True) if "hysteresis" not in pair[0].kind]
         force, frequency = (np.full((values.size, len(followed_ones)), np.nan) for _ in range(2))
         sides = np.flatnonzero(values >= own), np.flatnonzero(values < own)[::-1]
@@ -207,8 +209,8 @@ def force_scenario(parameters, harmonics=1, law=None, *, band=None, force=None, 
     ValueError
         If an input is not allowed, or there is no single-term event that would tell band and force.
     """
-    law, harmonics, progress = law_of(parameters, law), checked_harmonics(harmonics), checks.progress(progress)
-    band = None if band is None else checks.pair("band", band, "Hz")
+    law, harmonics, progress = law_of(parameters, law), checks.harmonics(harmonics), checks.progress(progress)
+    band = None if band is None else band_of(parameters, band)
     force = None if force is None else checks.pair("force", force, "N")
     single = detached.force_scenario(parameters)
     if harmonics == 1:

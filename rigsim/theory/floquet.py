@@ -28,6 +28,7 @@ from ..campaign.stop import sliced
 from ..compiled import compiled
 
 _SLICE = 5000  # orbits at a time, some 0.1 s
+_SLOWEST = 1e6  # times slower than the fastest rate
 _ORDER = 22
 _STEP = 2.5  # of the Taylor series, in units of the fastest rate: (2.5)^23/23! = 5e-14
 
@@ -105,7 +106,17 @@ def orbit_multipliers(oscillator, force, frequency, relative):
     """`multipliers` about single-term orbits of amplitude ``relative`` (m) at ``frequency`` (Hz), one shape."""
     group = oscillator.nondimensional(force)
     U = 0.75 * group.gamma * abs(relative * (oscillator.ks / force)) ** 2
-    return multipliers(group, 2 * np.pi * frequency / oscillator.omega_s, U)
+    Omega = 2 * np.pi * frequency / oscillator.omega_s
+    fastest = (
+        np.sqrt(1 + (1 + group.mu) * (group.Omega0**2 + 4 * U)) + 2 * group.zeta_s + 2 * (1 + group.mu) * group.zeta
+    )
+    slow = fastest / (_SLOWEST * Omega)  # an orbit of more steps than that would take seconds
+    if (slow > 1).any():
+        at = np.unravel_index(np.nanargmax(slow), slow.shape)
+        slowest = float(np.broadcast_to(frequency, slow.shape)[at])
+        told = f"frequency = {slowest:g} Hz is not allowed for Floquet multipliers, so slow beside the rig's own rates"
+        raise ValueError(f"{told}; expected at least {slowest * float(slow[at]):.3g} Hz")
+    return multipliers(group, Omega, U)
 
 
 def is_stable(multipliers):

@@ -31,6 +31,7 @@ from ..compiled import inlinable
 from .cubic import dynamic_stiffness, fold_levels
 from .isolation import positive_roots
 
+UNDAMPED = 1e-100  # a zeta_s below it is as good as none, and its square is zero
 LOWER, UPPER = 1, -1  # a fold on gamma_+ joins the low and middle solutions, one on gamma_- the middle and high ones
 
 
@@ -158,8 +159,9 @@ def levels(group):
 
     `ValueError` if the shaker is undamped: solutions are then without bound near 1/sqrt(1 + mu), folds not isolated.
     """
-    if group.zeta_s == 0:
-        raise ValueError("cs = 0 N s/m is not allowed here; expected a damped shaker, for else solutions have no bound")
+    if group.zeta_s < UNDAMPED:
+        told = "cs = 0 N s/m, or next to nothing, is not allowed here"
+        raise ValueError(f"{told}; expected a damped shaker, for else solutions have no bound")
     return _levels(group.mu, group.zeta_s, group.zeta, group.Omega0)
 
 

@@ -4,9 +4,10 @@ import numpy as np
 from matplotlib.patches import Circle, Wedge
 
 from ... import checks
-from ...model.planar import rest_position
+from ...model.planar import StaticEquilibrium, rest_position
+from ...parameters import RigParameters
 from .rig_parts import SETS, frame_sizes, only_rigs, rig_parts
-from .style import BLACK, GREY, ORANGE, RED, SKY, as_tuple, legend, outer_labels, style, subplots
+from .style import BLACK, GREY, ORANGE, RED, SKY, legend, outer_labels, style, subplots
 
 _PAPER = {1: "Fig. 1b", 2: "Fig. 2"}
 
@@ -30,7 +31,11 @@ def rig_figure(result, *, ax=None, beside=(), exaggeration=1.0, titles=None):
     ValueError
         If one is not a rig's, there are not as many titles as rigs, or the exaggeration is not above zero.
     """
-    drawn = (result, *as_tuple(beside))
+    kinds, expected = (
+        (RigParameters, StaticEquilibrium),
+        "RigParameters or StaticEquilibrium: others have no shape to draw",
+    )
+    drawn = (result, *checks.one_or_many("beside", beside, kinds, expected))
     rigs = only_rigs(getattr(one, "parameters", one) for one in drawn)
     at = [getattr(one, "coordinates", rest_position(p)) for one, p in zip(drawn, rigs, strict=True)]
     titles = [f"{SETS[p.wire_sets].capitalize()} ({_PAPER[p.wire_sets]})" for p in rigs] if titles is None else titles

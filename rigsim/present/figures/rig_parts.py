@@ -12,6 +12,8 @@ SETS = {1: "one wire set", 2: "two wire sets"}
 def only_rigs(rigs):
     """The rigs as a tuple; `ValueError` if one is not a `RigParameters`."""
     rigs = tuple(rigs)
+    if not rigs:
+        raise ValueError("parameters is empty; expected at least one of RigParameters")
     for p in rigs:
         if not isinstance(p, RigParameters):
             raise ValueError(f"parameters = {checks.shown(p)} has no shape to draw; expected RigParameters")

@@ -31,7 +31,7 @@ def spectrum_figure(test, *, ax=None, indices=0, beside=(), highest=4.0):
     """
     highest = checks.real("highest", highest, low=0.0, high=1e6, low_open=True)
     beside = checks.one_or_many("beside", beside, SineTest, "a SineTest")
-    if np.size(indices) == 0:
+    if isinstance(indices, (list, tuple)) and not indices:
         raise ValueError("indices is empty; expected at least one")
     indices = checks.integers("indices", indices, low=0)
     shown = [(each, i) for each in (test, *beside) for i in indices]

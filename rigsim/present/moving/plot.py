@@ -141,7 +141,9 @@ class MovingPlot:
             raise ValueError("panels is empty; expected at least one Panel")
         for panel in self.panels:
             if len(panel.curves) != count:
-                raise ValueError(f"a panel has {len(panel.curves)} lists of curves; expected {count}, one a value")
+                raise ValueError(
+                    f"a panel has {len(panel.curves)} lists of curves; expected {count}, one for each of values"
+                )
         self.notes = ("",) * count if notes is None else tuple(checks.one_or_many("notes", notes, str, "text"))
         if len(self.notes) != count:
             raise ValueError(f"notes has {len(self.notes)} sentences; expected {count}, one a value")
