@@ -4,21 +4,20 @@ Standard library only, since they start on a fresh clone before anything is inst
 """
 
 import argparse
-import os
-import signal
-import subprocess
+import contextlib
 import sys
 import time
 from pathlib import Path
 
-from . import environment
+from . import environment, stopping
 
 ROOT = environment.ROOT
 NOTEBOOKS = ROOT / "notebooks"
 
 _EPILOG = f"""\
-On first use each command makes .venv beside this clone's environment.txt (a minute or two, about 1 GB) and runs
-there; it is made again when environment.txt, pyproject.toml or Python change. Delete .venv at any time.
+On first use each command makes .venv beside this clone's environment.lock (a minute or two, about 1 GB) and runs
+there; when environment.txt, its lock, pyproject.toml or Python change, a new one is made beside it and then takes its
+place. Delete .venv* at any time. Ctrl-C ends any command within two seconds, and says what is kept.
 To use the Python environment you are in instead, with the packages of environment.txt installed by yourself, set
 {environment.VARIABLE}=current."""
 
@@ -32,17 +31,24 @@ def main(argv=None):
         return 2
     if args.rest and not args.passes_on:
         parser.error(f"{args.command} does not know {' '.join(args.rest)}; see python3 -m rigsim {args.command} --help")
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what we started is stopped with us
-    try:
-        environment.enter(args.extras)
-        return args.run(args)
-    except environment.SetupError as error:
-        print(f"rigsim: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
+    with stopping.listening():
+        try:
+            environment.enter(args.extras)
+            return args.run(args)
+        except environment.SetupError as error:
+            print(f"rigsim: {error}", file=sys.stderr)
+            return 2
+        except KeyboardInterrupt as stop:
+            return _stopped(stop)
+
+
+def _stopped(stop):
+    """Say what is kept, and how to go on; return the exit status."""
+    kept = getattr(stop, "__notes__", ["give the same command again to start afresh"])
+    with contextlib.suppress(OSError):  # where the terminal is gone
         newline = "\n" if sys.stderr.isatty() else ""  # after the terminal's ^C
-        print(f"{newline}rigsim: interrupted; give the same command again to start afresh", file=sys.stderr)
-        return 1
+        print(f"{newline}rigsim: interrupted; {'; '.join(kept)}", file=sys.stderr, flush=True)
+    return getattr(stop, "status", 1)
 
 
 def _parser():
@@ -121,14 +127,14 @@ def _test(args):
     # More threads inside each process would only slow both down.
     settings = {"MPLBACKEND": "agg", "OPENBLAS_NUM_THREADS": "1"}
     chosen = args.rest or [*side_by_side, *nbval, "notebooks", "tests"]
-    return 1 if _call([*pytest, *chosen], ROOT, settings) else 0
+    return 1 if stopping.call([*pytest, *chosen], ROOT, settings) else 0
 
 
 def _lab(args):
     command = [sys.executable, "-m", "jupyterlab", *args.rest]
     if args.notebook:
         command.append(_notebook(args.notebook))
-    return _call(command, NOTEBOOKS)
+    return stopping.call(command, NOTEBOOKS, spare=True)
 
 
 def _notebook(name):
@@ -142,22 +148,7 @@ def _notebook(name):
 
 
 def _bench(args):
-    return _call([sys.executable, str(ROOT / "tests" / "benchmarks" / "run.py"), *args.names], ROOT)
-
-
-def _call(command, folder, defaults=None):
-    """Run a command to its end and return its exit status; Ctrl-C is the command's own affair."""
-    process = subprocess.Popen(command, cwd=folder, env={**(defaults or {}), **os.environ})
-    try:
-        while True:
-            try:
-                return process.wait()
-            except KeyboardInterrupt:
-                continue
-    finally:
-        if process.poll() is None:
-            process.terminate()
-            process.wait()
+    return stopping.call([sys.executable, str(ROOT / "tests" / "benchmarks" / "run.py"), *args.names], ROOT)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ import types
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
+_DIGEST = hashlib.sha256().digest_size
 _lock = threading.RLock()
 _waiting = []  # inlinable functions that numba has not been told of
 
@@ -135,10 +136,14 @@ class _Cache:
 
         target.refresh()
         try:
-            parts = pickle.loads(self._path(signature, target.codegen()).read_bytes())
-        except (OSError, EOFError, pickle.UnpicklingError):
+            kept = self._path(signature, target.codegen()).read_bytes()
+        except OSError:
+            kept = b""
+        digest, data = kept[:_DIGEST], kept[_DIGEST:]
+        if digest != hashlib.sha256(data).digest():  # there is none yet, or it is damaged
             _say_once()
             return None
+        parts = pickle.loads(data)
         return CompileResult._rebuild(target, *parts)
 
     def save_overload(self, signature, result):
@@ -153,7 +158,7 @@ class _Cache:
         try:
             handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".")
             with os.fdopen(handle, "wb") as file:
-                file.write(data)
+                file.write(hashlib.sha256(data).digest() + data)
             os.replace(temporary, path)
             _sweep(path.parent)
             for other in path.parent.glob(f"{self._name}-*"):

@@ -1,17 +1,21 @@
-"""Makes ``.venv`` from ``environment.txt`` and moves the running command into it.
+"""Makes the environment of ``environment.lock`` and moves the running command into it.
 
-Standard library only, and written so that an old Python can at least read it and say that it is too old.
+A new environment is made beside the old one and takes its place when it is whole (`rigsim.places`), so no trouble
+takes away what works. Standard library only, and written so that an old Python can at least read it and say that it is
+too old.
 """
 
-import hashlib
+import ast
 import importlib.util
-import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
+
+from . import places, stopping
 
 OLDEST = (3, 11)
 ROOT = Path(__file__).resolve().parent.parent
@@ -20,6 +24,11 @@ VARIABLE = "RIGSIM_ENVIRONMENT"
 # What pip's log says when the package index cannot be reached; an index that is there lists versions.
 _NO_NETWORK = ("NewConnectionError", "ConnectTimeout", "Connection refused", "ProxyError", "(from versions: none)")
 _HEARTBEAT = 10.0  # seconds between signs of life
+# Of pip's settings, those that say how to reach an index; the others could send packages elsewhere, or take other ones.
+_REACH = (
+    "index-url", "extra-index-url", "find-links", "no-index", "trusted-host", "proxy", "cert", "client-cert",
+    "timeout", "default-timeout", "retries", "cache-dir", "no-cache-dir", "keyring-provider",
+)  # fmt: skip
 
 
 class SetupError(Exception):
@@ -27,7 +36,7 @@ class SetupError(Exception):
 
 
 def enter(extras=(), root=ROOT):
-    """Return inside an environment that has everything, starting this command again in ``.venv`` if need be.
+    """Return inside an environment that has everything, starting this command again in one if need be.
 
     Parameters
     ----------
@@ -43,6 +52,8 @@ def enter(extras=(), root=ROOT):
     """
     if sys.version_info < OLDEST:
         raise SetupError(_too_old())
+    if os.pathsep in str(root):
+        raise SetupError(f"{root} has {os.pathsep!r} in its name, which no Python path can hold; rename that folder")
     # For this tree's rigsim in all that is started from here, whatever else is installed or in the way.
     others = [place for place in os.environ.get("PYTHONPATH", "").split(os.pathsep) if place not in ("", str(root))]
     os.environ["PYTHONPATH"] = os.pathsep.join([str(root), *others])
@@ -56,7 +67,7 @@ def enter(extras=(), root=ROOT):
             f"{root} has no environment.txt; the commands need rigsim's source tree (a clone), not an installed copy"
         )
     python = prepare(root, extras)
-    if Path(sys.prefix).resolve() != (root / ".venv").resolve():
+    if Path(sys.prefix).resolve() != Path(python).parent.parent:
         _start_again(python)
     _refuse_others(root)
 
@@ -71,128 +82,200 @@ def _refuse_others(root):
 
 
 def prepare(root, extras=()):
-    """Make ``.venv`` below ``root`` if it is missing, stale or half made; return its Python (str).
+    """Have an environment below ``root`` with the packages of the lock, and those of extras; return its Python (str).
 
-    The stamp is written last, so whatever stops the making, the next call starts afresh.
+    What is there already is left as it is unless the new one is whole.
     """
-    venv = root / ".venv"
-    python = str(venv / ("Scripts/python.exe" if os.name == "nt" else "bin/python"))
     wanted = {"base", *extras}
-    if wanted <= _installed(root, python):
-        return python
-    with _lock(root):
-        installed = _installed(root, python)  # perhaps made by another process while this one waited
-        if not wanted <= installed:
-            _make(root, python, installed, wanted)
-    return python
+    try:
+        place, parts = places.current(root)
+        if not wanted <= parts:
+            with places.lock(root):
+                place, parts = places.current(root)  # perhaps made by another process while this one waited
+                if not wanted <= parts:
+                    place = _set_up(root, place, parts, wanted)
+                places.link(root, place)
+                places.clear(root, place)
+    except OSError as error:
+        raise SetupError(f"{root} cannot be written ({error}); the commands make their environment there") from None
+    return str(places.python_of(place))
 
 
-def _make(root, python, installed, wanted):
-    venv, begun = root / ".venv", time.monotonic()
+def _set_up(root, place, parts, wanted):
+    """Make an environment, or add what extras need to one; return its folder."""
+    begun = time.monotonic()
 
     def say(text):
         print(f"rigsim: {text} ({time.monotonic() - begun:.0f} s)", file=sys.stderr, flush=True)
 
-    missing = sorted(wanted - installed)
-    requirements = _requirements(root, missing)
-    if installed:  # only extras are missing
-        (venv / "rigsim-stamp.json").unlink()
-        say(f"adding what {' and '.join(missing)} needs to .venv")
-    else:
-        lacking = [name for name in ("ensurepip", "venv") if importlib.util.find_spec(name) is None]
-        if lacking:
-            raise SetupError(
-                f"this Python has no {lacking[0]}, which is needed to make .venv; on Debian or Ubuntu run "
-                "'sudo apt install python3-venv', elsewhere use a complete Python, then give the same command again"
-            )
-        say("making .venv, which takes a minute or two the first time")
-        _remove(venv)
-        venv.mkdir()
-        # The base interpreter, since this one may be the .venv that is being replaced.
-        base = getattr(sys, "_base_executable", None) or sys.executable
-        _run([base, "-m", "venv", str(venv)], root, venv / "setup.log", say)
-        requirements = ["-r", "environment.txt", *requirements]
-        say("installing the packages of environment.txt")
-    # Without --compile only what is imported gets compiled, which saves a quarter of the time.
-    command = [python, "-m", "pip", "install", "--no-input", "--no-compile", "--disable-pip-version-check"]
-    _run([*command, *requirements], root, venv / "setup.log", say)
-    stamp = {
-        "key": _key(root),
-        "parts": sorted(wanted | installed),
-        "files": sorted(_site_packages(python)),
-    }
-    (venv / "rigsim-stamp.new").write_text(json.dumps(stamp), encoding="utf-8")
-    os.replace(str(venv / "rigsim-stamp.new"), str(venv / "rigsim-stamp.json"))
-    if not installed and (root / "rigsim" / "first_use.py").is_file():
-        say("compiling what the notebooks use")
-        try:
-            _run([python, "-m", "rigsim.first_use"], root, venv / "setup.log", say)
-        except SetupError as error:
-            say(f"not all was compiled ahead, so first uses will: {error}")
-    say("the environment is ready")
-
-
-def _installed(root, python):
-    """Parts of a complete and current ``.venv``: "base" and extras; empty if it must be made."""
+    lock = _read_lock(root)
+    (root / ".venv.log").write_bytes(b"")
+    missing = sorted(wanted - parts)
+    unknown = [part for part in missing if part not in lock]
+    if unknown:
+        raise SetupError(f"environment.lock has no part {unknown[0]}; take the file from the repository again")
+    requirements = [line for part in missing for line in lock[part]]
+    kept = ""
     try:
-        stamp = json.loads((root / ".venv" / "rigsim-stamp.json").read_text(encoding="utf-8"))
-        whole = stamp["key"] == _key(root) and set(stamp["files"]) <= _site_packages(python)
-        return set(stamp["parts"]) if whole and os.path.exists(python) else set()
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
+        if parts:
+            kept = "; .venv stays as it was"
+            say(f"adding what {' and '.join(missing)} needs to .venv")
+            _install(root, place, requirements, say)
+            places.stamp(root, place, wanted | parts)
+        else:
+            kept = "; the .venv of before stays as it was" if (root / ".venv").exists() else ""
+            say("making .venv, which takes a minute or two the first time")
+            place = _make(root, requirements, wanted, say)
+            if (root / "rigsim" / "first_use.py").is_file():
+                _compile(root, place, say)
+    except SetupError as error:
+        raise SetupError(f"{error}{kept}") from None
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"what pip has fetched is kept{kept}")
+        raise
+    say("the environment is ready")
+    return place
 
 
-def _key(root):
-    """What the environment depends on: its pins, the project file, the Python and the place (it cannot move)."""
-    parts = [(root / name).read_bytes() for name in ("environment.txt", "pyproject.toml")]
-    parts += [sys.version.encode(), str(root).encode()]
-    return hashlib.sha256(b"\0".join(parts)).hexdigest()
+def _make(root, requirements, parts, say):
+    lacking = [name for name in ("ensurepip", "venv") if importlib.util.find_spec(name) is None]
+    if lacking:
+        raise SetupError(
+            f"this Python has no {lacking[0]}, which is needed to make .venv; on Debian or Ubuntu run "
+            "'sudo apt install python3-venv', elsewhere use a complete Python, then give the same command again"
+        )
+    place = places.begin(root)
+    try:
+        # The base interpreter, since this one may be in the environment that is being replaced.
+        base = getattr(sys, "_base_executable", None) or sys.executable
+        _run([base, "-m", "venv", str(place)], root, say)
+        say("installing the packages of environment.lock")
+        _install(root, place, requirements, say)
+        if "-e ." in _pins(root):  # rigsim itself, as it lies here
+            _pip(root, place, ["--no-deps", "--no-build-isolation", "-e", "."], say)
+        places.stamp(root, place, parts)
+    except BaseException:
+        places.give_up(place)
+        raise
+    return place
 
 
-def _site_packages(python):
-    prefix = Path(python).parent.parent
-    found = [prefix / "Lib" / "site-packages"] if os.name == "nt" else list(prefix.glob("lib/python3*/site-packages"))
-    return {name for folder in found for name in os.listdir(str(folder)) if name != "__pycache__"}
+def _install(root, place, requirements, say):
+    """Exactly these packages, with the hashes they must have; what an attempt that was stopped left is written over."""
+    path = place / "requirements.txt"
+    path.write_text("\n".join(requirements) + "\n", encoding="utf-8")
+    exact = ["--require-hashes", "--only-binary", ":all:", "--no-deps", "--ignore-installed"]
+    _pip(root, place, [*exact, "-r", str(path)], say)
 
 
-def _requirements(root, extras):
-    import tomllib  # here, since a Python that is too old has none
+def _compile(root, place, say):
+    say("compiling what the notebooks use")
+    try:
+        _run([str(places.python_of(place)), "-m", "rigsim.first_use"], root, say)
+    except SetupError as error:
+        say(f"not all was compiled ahead, so first uses will: {error}")
 
-    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    return [item for extra in extras for item in project.get("optional-dependencies", {}).get(extra, [])]
+
+def _read_lock(root):
+    """Requirements with hashes by the part that needs them, all those of environment.txt among them."""
+    for name in places.PINNED:
+        if not (root / name).is_file():
+            raise SetupError(f"{root} has no {name}; take the file from the repository again")
+    try:
+        text = (root / "environment.lock").read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise SetupError(f"environment.lock cannot be read ({error}); take it from the repository again") from None
+    pieces = re.split(r"^# part: (\w+)\n", text, flags=re.MULTILINE)
+    lock = {part: lines.splitlines() for part, lines in zip(pieces[1::2], pieces[2::2], strict=True)}
+    locked = {_name(line) for line in lock.get("base", [])}
+    for pin in _pins(root):
+        if pin != "-e ." and _name(pin) not in locked:
+            raise SetupError(
+                f"environment.txt has {pin!r}, which environment.lock has not; a pin is name==version, and after a "
+                "change 'python tests/lock.py' makes the lock again"
+            )
+    return lock
 
 
-def _run(command, root, log, say):
-    """Run a step of the setup, its output in ``log``, with a sign of life now and then."""
-    settings = {
-        name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PIP_TARGET", "PIP_PREFIX")
-    }
-    settings.update(PIP_USER="0", PYTHONUNBUFFERED="1")
+def _pins(root):
+    lines = (root / "environment.txt").read_text(encoding="utf-8", errors="replace").splitlines()
+    return [pin for pin in (line.partition("#")[0].strip() for line in lines) if pin]
+
+
+def _name(pin):
+    """Name and version of a pin, as every spelling of it has them."""
+    name, _, version = re.split(r"[\s;\\]", pin.strip(), maxsplit=1)[0].partition("==")
+    return re.sub(r"[-_.]+", "-", name).lower(), version
+
+
+def _pip(root, place, arguments, say):
+    """Run pip's install, its scratch below ``place``, by no setting of the user's but how to reach an index."""
+    scratch = place / "scratch"
+    shutil.rmtree(str(scratch), ignore_errors=True)
+    scratch.mkdir()
+    settings = {name: value for name, value in _clean().items() if not name.startswith("PIP_")}
+    settings.update(dict.fromkeys(("TMPDIR", "TMP", "TEMP"), str(scratch)), PIP_CONFIG_FILE=os.devnull, **_reach(place))
+    # Without --compile only what is imported gets compiled, which saves a quarter of the time.
+    command = [
+        str(places.python_of(place)),
+        "-m",
+        "pip",
+        "install",
+        "--no-input",
+        "--no-compile",
+        "--disable-pip-version-check",
+    ]
+    _run([*command, *arguments], root, say, settings)
+    shutil.rmtree(str(scratch), ignore_errors=True)
+
+
+def _clean():
+    return {name: value for name, value in os.environ.items() if name != "PYTHONHOME"}
+
+
+def _reach(place):
+    """Settings, from pip's files and the environment, that say how to reach an index, as environment variables."""
+    command = [str(places.python_of(place)), "-m", "pip", "config", "list"]
+    done = subprocess.run(command, env=_clean(), stdin=subprocess.DEVNULL, capture_output=True)
+    if done.returncode:
+        raise SetupError(_why(done.stderr.decode("utf-8", "replace"), "pip config list"))
+    found = {}
+    for section in ("global.", "install.", ":env:."):  # the later wins
+        for line in done.stdout.decode("utf-8", "replace").splitlines():
+            name, _, value = line.partition("=")
+            if name.startswith(section) and name[len(section) :] in _REACH:
+                found["PIP_" + name[len(section) :].upper().replace("-", "_")] = ast.literal_eval(value)
+    return found
+
+
+def _run(command, root, say, settings=None):
+    """Run a step of the setup, its output in ``.venv.log``, with a sign of life now and then."""
+    log = root / ".venv.log"
     with log.open("ab") as output:
         start = output.tell()
         process = subprocess.Popen(
-            command, cwd=str(root), env=settings, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT
-        )
+            command, cwd=str(root), env=dict(settings or _clean(), PYTHONUNBUFFERED="1"), stdin=subprocess.DEVNULL,
+            stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
+        )  # fmt: skip
         try:
             while True:
                 try:
                     process.wait(_HEARTBEAT)
                     break
                 except subprocess.TimeoutExpired:
-                    say(f"  {_stage(log)}")
+                    say(f"  {_stage(log, start)}")
         finally:
             if process.poll() is None:
-                process.terminate()
-                process.wait()
+                stopping.end_group(process)
     if process.returncode:
         with log.open("rb") as text:
             text.seek(start)
             raise SetupError(_why(text.read().decode("utf-8", "replace"), log))
 
 
-def _stage(log):
+def _stage(log, start):
     """How far pip, or what compiles after it, has come, by its log."""
-    text = log.read_bytes().decode("utf-8", "replace")
+    text = log.read_bytes()[start:].decode("utf-8", "replace")
     last = text.rstrip().rpartition("\n")[2]
     if last.startswith("compiling "):  # as `rigsim.first_use` says
         return last
@@ -208,60 +291,23 @@ def _why(text, log):
             f"pip's settings, then give the same command again (pip's log: {log})"
         )
     lines = [line.strip() for line in text.splitlines() if line.strip()]
+    if any("DO NOT MATCH THE HASHES" in line for line in lines):
+        wrong = next((line.rstrip(":") for line in lines if " from http" in line or " from file" in line), "a package")
+        return (
+            f"{wrong.split(' from ')[0]} has another hash than environment.lock says, and was not installed; take that "
+            f"file from the repository again, or ask who serves your package index (log: {log})"
+        )
     errors = [line for line in lines if "Error" in line or line.startswith("ERROR:")] or lines or ["no output"]
     return f"setting up .venv failed, {errors[-1][:200]}; mend that, then give the same command again (log: {log})"
-
-
-def _remove(venv):
-    try:
-        if venv.is_symlink() or venv.is_file():
-            venv.unlink()
-        elif venv.exists():
-            shutil.rmtree(str(venv))
-    except OSError as error:
-        raise SetupError(
-            f"{venv} is stale and could not be removed ({error.strerror}); delete it and try again"
-        ) from None
-
-
-class _lock:
-    """Keeps two setups of one tree apart; let go by the operating system however the process ends."""
-
-    def __init__(self, root):
-        self.path = root / ".venv.lock"
-
-    def __enter__(self):
-        import sqlite3
-
-        try:
-            self.connection = sqlite3.connect(str(self.path), timeout=0, isolation_level=None)
-            waiting = False
-            while True:
-                try:
-                    self.connection.execute("BEGIN EXCLUSIVE")
-                    return self
-                except sqlite3.OperationalError as error:
-                    if "locked" not in str(error):
-                        raise
-                if not waiting:
-                    print("rigsim: another process is making .venv; waiting for it", file=sys.stderr, flush=True)
-                    waiting = True
-                time.sleep(1)
-        except sqlite3.Error as error:
-            raise SetupError(f"{self.path.parent} cannot be written ({error}); the commands make .venv there") from None
-
-    def __exit__(self, *_):
-        self.connection.close()
 
 
 def _start_again(python):
     """Run the same command with ``python`` in this process's place."""
     command = [python, "-m", "rigsim", *sys.argv[1:]]
     sys.stdout.flush()
-    settings = {name: value for name, value in os.environ.items() if name != "PYTHONHOME"}
     if os.name == "nt":  # where exec would return to the prompt at once
-        sys.exit(subprocess.call(command, env=settings))
-    os.execve(python, command, settings)
+        sys.exit(subprocess.call(command, env=_clean(), close_fds=False))
+    os.execve(python, command, _clean())
 
 
 def _too_old():

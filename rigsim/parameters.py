@@ -20,9 +20,9 @@ class _Table(Result):
     def replace(self, **changes):
         """A copy with some fields changed, checked again."""
         known = [item.name for item in fields(self)]
-        for name in changes:
-            checks.one_of(f"field of {type(self).__name__}", name, known)
-        return replace(self, **changes)
+        return replace(
+            self, **{checks.one_of(f"field of {type(self).__name__}", n, known): v for n, v in changes.items()}
+        )
 
     def table(self):
         """`pandas.DataFrame` of name, value, unit and meaning."""
@@ -158,7 +158,7 @@ class RigParameters(_Table):
             raise ValueError(f"LG = {checks.digits(self.LG)} m is not allowed; {expected}")
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         set_field("wire_sets", checks.integer("wire_sets", self.wire_sets, low=1, high=2))
-        set_field("tension_only", bool(checks.one_of("tension_only", self.tension_only, (False, True))))
+        set_field("tension_only", checks.flag("tension_only", self.tension_only))
         set_field("k", self._checked_stiffness())
         if self.set_half_spacing is not None:
             set_field("set_half_spacing", self._checked_half_spacing())
@@ -167,17 +167,18 @@ class RigParameters(_Table):
         stiffness = checks.array("k", self.k, "N/m", low=0.0)
         if not stiffness.sum() > 0:
             raise ValueError("k = 0 N/m is not allowed; expected at least one wire of stiffness above 0 N/m")
-        if np.ndim(self.k) == 0:
+        if stiffness.size == 1:
             return float(stiffness[0])
         if stiffness.size != 4 * self.wire_sets:
             raise ValueError(f"k has {stiffness.size} values; expected 1 or {4 * self.wire_sets}, one per wire")
         return tuple(stiffness.tolist())
 
     def _checked_half_spacing(self):
+        half = checks.real("set_half_spacing", self.set_half_spacing, "m", low=0.0, high=self.Lm / 2 - abs(self.LG))
         if self.wire_sets == 1:
-            given = f"set_half_spacing = {self.set_half_spacing} m"
+            given = f"set_half_spacing = {checks.digits(half)} m"
             raise ValueError(f"{given} is not allowed with wire_sets = 1; expected None, the set is at P")
-        return checks.real("set_half_spacing", self.set_half_spacing, "m", low=0.0, high=self.Lm / 2 - abs(self.LG))
+        return half
 
     @cached_property
     def wire_stiffness(self):
@@ -232,11 +233,23 @@ class RigParameters(_Table):
         return self.replace(wire_sets=2, k=stiffness)
 
 
-def oscillator_of(parameters):
+def oscillator_of(parameters, name="parameters"):
     """The `OscillatorParameters` of either kind of parameter set; `ValueError` if it is neither."""
-    if not isinstance(parameters, (OscillatorParameters, RigParameters)):
-        raise ValueError(f"parameters = {parameters!r} is not allowed; expected RigParameters or OscillatorParameters")
-    return parameters.oscillator
+    kinds = OscillatorParameters, RigParameters
+    return checks.instance(name, parameters, kinds, "RigParameters or OscillatorParameters").oscillator
+
+
+_RIG = "RigParameters, since the multi-body rig expects RigParameters"
+
+
+def rig_of(parameters, name="parameters"):
+    """``parameters`` themselves if they are `RigParameters`; `ValueError` if not."""
+    return checks.instance(name, parameters, RigParameters, _RIG)
+
+
+def rigs_of(parameters):
+    """List of the `RigParameters` in a sequence of them, or of the one given; `ValueError` for anything else."""
+    return checks.one_or_many("parameters", parameters, RigParameters, _RIG)
 
 
 LAWS = ("exact", "cubic")
@@ -254,5 +267,5 @@ def law_of(parameters, law=None):
     wires = isinstance(parameters, RigParameters)
     law = checks.one_of("law", ("exact" if wires else "cubic") if law is None else law, LAWS)
     if law == "exact" and not wires:
-        raise ValueError(f"parameters = {parameters!r} has no wires; the exact law expects RigParameters")
+        raise ValueError(f"parameters = {checks.shown(parameters)} has no wires; the exact law expects RigParameters")
     return law

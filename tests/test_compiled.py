@@ -161,10 +161,20 @@ def test_whatever_compiled_code_uses_it_is_compiled_anew_when_that_changes(small
         edit(small / "small" / file, new, old)
 
 
-def test_a_damaged_file_is_compiled_again(small):
+def cut(data):
+    return data[:100]
+
+
+def flipped(data):
+    middle = len(data) // 2
+    return data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1 :]
+
+
+@pytest.mark.parametrize("damage", [cut, flipped, lambda data: b""], ids=["cut", "one bit flipped", "emptied"])
+def test_a_damaged_file_is_compiled_again(small, damage):
     small_numbers(small)
     for path in next((small / "cache").iterdir()).iterdir():
-        path.write_bytes(path.read_bytes()[:100])
+        path.write_bytes(damage(path.read_bytes()))
     assert small_numbers(small) == (12.0, 15**0.5 + 1, True)
 
 

@@ -32,7 +32,7 @@ ROOMS = [
 RANK = {room: rank for rank, rooms in enumerate(ROOMS) for room in rooms}
 # results.Result.plot forwards to present: the one arrow against the flow.
 EXCEPTIONS = {("results", "present")}
-FRONT = {"__init__.py", "__main__.py", "environment.py", "first_use.py"}
+FRONT = {"__init__.py", "__main__.py", "environment.py", "first_use.py", "places.py", "stopping.py"}
 
 
 def modules():

@@ -14,8 +14,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from .. import checks
+from ..campaign.cost import affordable
+from ..campaign.progress import reporting
 from ..model.oscillator import matrices
-from ..parameters import oscillator_of
+from ..parameters import law_of, oscillator_of
 from ..theory.amplitude import frequency_response
 from .flow import accurate_flow
 from .motions import Attractor, Attractors
@@ -28,10 +30,12 @@ _NEAR = 0.15  # largest relative distance of z from a single-term solution that 
 _HARMONICS = 9
 _SAMPLES = 64  # a period, for the lines
 _BLOCK = 64  # periods between two looks for orbits
+FARTHEST = 1e9  # of a box (m, m/s)
+_STATE, _PERIOD = 400, 2e-6  # of a state: bytes, and seconds a period
 _PATIENCE = 30  # e-foldings of the slowest linear mode after which what does not repeat is not periodic
 
 
-def attractors(parameters, force, frequency, *, law=None, box=None, starts=256, seed=0):
+def attractors(parameters, force, frequency, *, law=None, box=None, starts=256, seed=0, progress=False):
     """Every motion that lasts and that one of many starts leads to.
 
     Parameters
@@ -50,6 +54,8 @@ def attractors(parameters, force, frequency, *, law=None, box=None, starts=256, 
         Quasi-random states to begin from, at least 1. A motion whose basin has the share s of the box is missed with
         a probability of about (1 - s)^starts.
     seed : int
+    progress : bool or callable
+        True shows a bar; a callable is told (periods waited, periods to wait at most).
 
     Returns
     -------
@@ -66,20 +72,39 @@ def attractors(parameters, force, frequency, *, law=None, box=None, starts=256, 
     >>> attractors(RigParameters(), 3.18, 30.0).names  # doctest: +SKIP
     ['low', 'high']
     """
+    law = law_of(parameters, law)
     force = checks.positive("force", force, "N")
     frequency = checks.positive("frequency", frequency, "Hz")
-    starts = checks.integer("starts", starts, low=1)
+    starts, seed = checks.integer("starts", starts, low=1), checks.seed("seed", seed)
     if box is None:
         box = default_box(parameters, force, frequency)
-    box = checks.array("box", box, low=0.0, low_open=True, min_size=4)
+    box = checks.array("box", box, low=0.0, low_open=True, high=FARTHEST)
     if box.size != 4:
         raise ValueError(f"box has {box.size} elements; expected 4, one for each of xs, z, xs', z'")
+    affordable_states("starts", starts, parameters, frequency)
     states = quasi_random(starts, box, seed)
     corners = box * np.array(np.meshgrid(*4 * [[-1, 1]])).reshape(4, 16).T
     flow = accurate_flow(parameters, law, force, frequency, np.concatenate([corners, states[:240]]), box)
-    patience = math.ceil(_PATIENCE * frequency / _slowest_rate(parameters))
+    patience = _patience(parameters, frequency)
     none = np.empty((0, 4)), np.empty((0, 4, 4)), np.empty(0, dtype=int)
-    return _search(Attractors((), flow, box, starts, seed, patience, *none), states)
+    with reporting(progress, patience, "periods at most") as report:
+        found = _search(Attractors((), flow, box, starts, seed, patience, *none), states, report)
+        report(patience)
+    return found
+
+
+def affordable_states(name, count, parameters, frequency, shared=False, at_once=None):
+    """Refuse more states than memory holds ``at_once``, or than can be run in time until most of them are trapped."""
+    periods = 5 + 0.2 * _patience(parameters, frequency)
+    affordable(
+        f"{name} = {count:.6g}", memory=_STATE * (at_once or count), seconds=_PERIOD * count * periods, shared=shared,
+        instead="fewer of them",
+    )  # fmt: skip
+
+
+def _patience(parameters, frequency):
+    """Periods after which what does not repeat is not periodic."""
+    return math.ceil(_PATIENCE * frequency / _slowest_rate(parameters))
 
 
 def settle_and_learn(found, states, **options):
@@ -88,13 +113,13 @@ def settle_and_learn(found, states, **options):
     So a motion too rare for the first search is found from the very states that lead to it. It is numbered after those
     that are known, which keep their numbers. Returns the `Attractors` with what was learnt, and the motions (n,).
     """
-    label, _ = found.settle(states, **options)
+    label, _ = found.settled(states, **options)
     for _ in range(5):
         lost = np.flatnonzero(label < 0)
         if not lost.size:
             break
         found = _search(found, states[lost[:64]])
-        label[lost], _ = found.settle(states[lost])
+        label[lost], _ = found.settled(states[lost])
     return found, label
 
 
@@ -120,7 +145,7 @@ def default_box(parameters, force, frequency):
     return np.concatenate([sizes, omega * sizes])
 
 
-def _search(known, states):
+def _search(known, states, report=lambda waited: None):
     """What is known, and all that is found from some states besides."""
     flow, box = known.flow, known.box
     response = frequency_response(oscillator_of(flow.parameters), flow.force, [flow.frequency])
@@ -128,6 +153,7 @@ def _search(known, states):
     while len(states) and waited < known.patience:
         states = _untrapped(found, states)
         waited += _BLOCK
+        report(min(waited, known.patience))
         while len(states) and (orbit := _new_orbit(found, states)) is not None:
             period, points, _ = orbit
             images = -flow.advance(points, 0.5)

@@ -6,8 +6,9 @@ import numpy as np
 from scipy.stats import binomtest
 
 from .. import checks
+from ..parameters import law_of
 from ..results import Result, frame
-from .attractors import attractors, quasi_random, settle_and_learn
+from .attractors import FARTHEST, affordable_states, attractors, quasi_random, settle_and_learn
 from .motions import Attractors
 
 
@@ -95,12 +96,18 @@ def basins(
     >>> basins(RigParameters(), 3.18, 30.0)  # doctest: +SKIP
     Basins at 30 Hz and 3.18 N: low 8.4%, high 91.6% of 2048 states
     """
+    progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
+    frequency, law = checks.positive("frequency", frequency, "Hz"), law_of(parameters, law)
     pixels = checks.integer("pixels", pixels, low=2)
     samples = checks.integer("samples", samples, low=1)
+    if window is not None:
+        window = checks.array("window", window, low=0.0, low_open=True, high=FARTHEST, size=2)
+    shared = executor or checkpoint
+    affordable_states("pixels^2 + samples", pixels**2 + samples, parameters, frequency, shared)
     found = attractors(parameters, force, frequency, law=law, box=box, starts=starts, seed=seed)
     around = found.find(motion)
-    window = found.box[[1, 3]] if window is None else checks.array("window", window, low=0.0, low_open=True, min_size=2)
-    z, speed = (np.linspace(-half, half, pixels) for half in window)
+    halves = found.box[[1, 3]] if window is None else window
+    z, speed = (np.linspace(-half, half, pixels) for half in halves)
     plane = np.empty((pixels, pixels, 4))
     plane[..., 0], plane[..., 2] = around.orbit[0, [0, 2]]
     plane[..., 1], plane[..., 3] = z, speed[:, None]

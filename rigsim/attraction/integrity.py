@@ -11,7 +11,7 @@ from ..campaign.progress import reporting
 from ..parameters import OscillatorParameters, RigParameters, law_of, oscillator_of
 from ..results import Result, Status, frame
 from ..theory.amplitude import frequency_response
-from .attractors import BRANCHES, attractors, settle_and_learn
+from .attractors import BRANCHES, affordable_states, attractors, settle_and_learn
 
 _LARGEST = 20.0  # radii beyond so many times the motion's own amplitude are not looked for
 
@@ -108,9 +108,14 @@ def integrity(
     -------
     Integrity
     """
+    progress, force = checks.progress(progress), checks.positive("force", force, "N")
     frequency = checks.array("frequency", frequency, "Hz", low=0.0, low_open=True)
-    samples = checks.integer("samples", samples, low=16)
+    samples, seed = checks.integer("samples", samples, low=16), checks.seed("seed", seed)
+    starts, branch = checks.integer("starts", starts, low=1), checks.text("branch", branch)
     law, n = law_of(parameters, law), frequency.size
+    for name, count, most in (("samples", samples, 20), ("starts", starts, 1)):  # twenty balls are many
+        states = most * n * count
+        affordable_states(f"{name} at {n} frequencies", states, parameters, float(frequency.max()), at_once=count)
     amplitude, radius, offset = np.full(n, np.nan), np.full(n, np.nan), np.full((n, 4), np.nan)
     motion, neighbour = np.full(n, -1), np.full(n, -1)
     landscapes, message = [], [""] * n
@@ -129,7 +134,7 @@ def integrity(
             report(i + 1)
     status = tuple(Status.NOT_FOUND if told else Status.FOUND for told in message)
     return Integrity(
-        branch, parameters, law, float(force), frequency, tuple(landscapes), motion, amplitude, radius, offset,
+        branch, parameters, law, force, frequency, tuple(landscapes), motion, amplitude, radius, offset,
         neighbour, status, tuple(message),
     )  # fmt: skip
 

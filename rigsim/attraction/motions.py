@@ -5,6 +5,7 @@ from numbers import Integral
 
 import numpy as np
 
+from .. import checks
 from ..results import Result, ResultSequence, frame
 from .flow import Flow
 from .settle import until_trapped
@@ -121,12 +122,13 @@ class Attractors(ResultSequence):
 
     def find(self, motion):
         """The attractor of an identifier, or of a name that only one bears."""
-        known = isinstance(motion, Integral) and 0 <= motion < len(self)
-        found = [self[motion]] if known else [one for one in self if one.name == motion]
+        number = isinstance(motion, Integral) and not isinstance(motion, bool)
+        known = [number and motion == one.motion or isinstance(motion, str) and motion == one.name for one in self]
+        found = [one for one, same in zip(self, known, strict=True) if same]
         if len(found) != 1:
             told = ", ".join(f"{one.motion} ({one.name})" for one in self)
             expected = f"one of {told}, by its number if names repeat"
-            raise ValueError(f"motion = {motion!r} is not allowed; expected {expected}")
+            raise ValueError(f"motion = {checks.shown(motion)} is not allowed; expected {expected}")
         return found[0]
 
     def settle(self, states, **options):
@@ -135,6 +137,13 @@ class Attractors(ResultSequence):
         Two (n,) arrays of int. States are those at a peak of the force, SI. What nothing traps counts as not periodic
         where there is such a motion. Options are ``progress``, ``executor``, ``checkpoint`` and ``label`` of the run.
         """
+        states = checks.array("states", states, ndim=2, physical=False)
+        if states.shape[1] != 4:
+            raise ValueError(f"states have {states.shape[1]} columns; expected 4, one for each of xs, z, xs', z'")
+        return self.settled(states, **options)
+
+    def settled(self, states, **options):
+        """As `settle`, of an array (n, 4) that need not be finite: a tap may throw the mass away."""
         done = until_trapped(self, states, self.patience, **options)
         found = done["label"]
         for endless in (one.motion for one in self if one.period == 0):

@@ -6,10 +6,15 @@ import numpy as np
 from scipy.ndimage import distance_transform_cdt
 
 from .. import checks
+from ..campaign.cost import affordable
+from ..campaign.progress import reporting
 from ..model.excitation import Tap
+from ..parameters import law_of
 from ..results import Result, frame
-from .attractors import attractors, settle_and_learn
+from .attractors import affordable_states, attractors, settle_and_learn
 from .motions import Attractors
+
+_SEARCHES = 8  # for the smallest tap, each from where a fresh grid still finds a smaller one
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,6 +55,8 @@ class TapMap(Result):
 
         ``row`` and ``column`` are indices of ``velocity`` and ``instant``.
         """
+        row = checks.integer("row", row, low=0, high=self.velocity.size - 1)
+        column = checks.integer("column", column, low=0, high=self.instant.size - 1)
         return _bench_tap(self, self.velocity[row], self.instant[column], after)
 
     def surest(self, motion):
@@ -72,15 +79,20 @@ class TapMap(Result):
         after the tap, from the next peak of the force on, at ``samples`` instants in each.
         """
         instant = checks.real("instant", instant, low=0.0, high=1.0)
-        periods, velocity = checks.integer("periods", periods, low=1), checks.array("velocity", velocity, "m/s")
+        velocity, samples = checks.array("velocity", velocity, "m/s"), checks.integer("samples", samples, low=1)
+        periods = checks.integer("periods", periods, low=1)
+        count = velocity.size * periods * samples
+        affordable(f"periods = {periods}", memory=100 * count, seconds=1e-5 * count, instead="fewer periods or samples")
         flow, start = self.attractors.flow, self.attractors[self.motion].orbit[0]
         states, _ = flow.tapped(start, instant, velocity, self.duration)
-        return self.attractors.settle(states)[0], flow.trace(states, periods, samples)
+        return self.attractors.settled(states)[0], flow.trace(states, periods, samples)
 
     def _surely_reached(self, motion):
         there = self.reached(motion)
         if not there.any():
-            raise ValueError(f"no tap of the map leads to {motion!r}; expected larger velocities or more instants")
+            raise ValueError(
+                f"no tap of the map leads to {checks.shown(motion)}; expected larger velocities or more instants"
+            )
         return there
 
     def table(self):
@@ -147,7 +159,7 @@ class SmallestTap(Result):
 
 
 def _bench_tap(taps, velocity, instant, after):
-    frequency = taps.attractors.flow.frequency
+    frequency, after = taps.attractors.flow.frequency, checks.real("after", after, "s", low=0.0)
     return Tap(velocity, taps.duration, (np.ceil(after * frequency - instant - 1e-9) + instant) / frequency)
 
 
@@ -181,9 +193,13 @@ def tap_map(
     ValueError
         If an argument is not allowed, or names no motion.
     """
+    progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
+    frequency, law = checks.positive("frequency", frequency, "Hz"), law_of(parameters, law)
     velocity = np.linspace(-1, 1, 81) if velocity is None else checks.array("velocity", velocity, "m/s")
     instants = checks.integer("instants", instants, low=1)
-    duration = checks.positive("duration", duration, "s")
+    duration = checks.real("duration", duration, "s", low=1e-9, high=100 / frequency)
+    count, shared = instants * velocity.size, executor or checkpoint
+    affordable_states("instants x velocity", count, parameters, frequency, shared)
     found = attractors(parameters, force, frequency, law=law, starts=starts, seed=seed)
     motion, instant = found.find(motion).motion, np.arange(instants) / instants
     states = _tapped(found, motion, velocity, instant, duration)
@@ -200,11 +216,11 @@ def _tapped(found, motion, velocity, instant, duration):
 
 def _lead(found, motion, velocity, instant, duration):
     """Labels (v, i) of all taps of some sizes at some instants."""
-    label, _ = found.settle(_tapped(found, motion, velocity, instant, duration))
+    label, _ = found.settled(_tapped(found, motion, velocity, instant, duration))
     return label.reshape(len(instant), len(velocity)).T
 
 
-def smallest_tap(taps, target, *, rounds=6):
+def smallest_tap(taps, target, *, rounds=6, progress=False):
     """Refine the smallest tap of a map that leads to a motion.
 
     Around the smallest found so far a finer grid of sizes and instants is laid, four times as fine in every round; in
@@ -217,6 +233,8 @@ def smallest_tap(taps, target, *, rounds=6):
     target : int or str
         The motion wanted: its number, or a name that only one bears.
     rounds : int
+    progress : bool or callable
+        True shows a bar; a callable is told (searches done, searches to do at most).
 
     Returns
     -------
@@ -227,18 +245,23 @@ def smallest_tap(taps, target, *, rounds=6):
     ValueError
         If no tap of the map leads there.
     """
+    taps = checks.instance("taps", taps, TapMap, "a TapMap")
+    rounds = checks.integer("rounds", rounds, low=1, high=20)
     there, found, motion = taps._surely_reached(target), taps.attractors, taps.motion
     wanted = found.find(target).motion
     best = _smallest(taps.velocity, taps.instant, there)
     reach = np.abs(taps.velocity).max() / 8, 1 / 16
-    for _ in range(8):
-        best = _refine(found, motion, wanted, best, reach, rounds, taps.duration)
-        below = 0.98 * abs(best[0]) * np.concatenate([np.linspace(-1, -0.3, 24), np.linspace(0.3, 1, 24)])
-        phases = (np.arange(32) + 0.5) / 32
-        counter = _lead(found, motion, below, phases, taps.duration) == wanted
-        if not counter.any():
-            break
-        best, reach = _smallest(below, phases, counter), (0.1 * abs(best[0]), 1 / 32)
+    with reporting(progress, _SEARCHES, "searches at most") as report:
+        for search in range(_SEARCHES):
+            report(search)
+            best = _refine(found, motion, wanted, best, reach, rounds, taps.duration)
+            below = 0.98 * abs(best[0]) * np.concatenate([np.linspace(-1, -0.3, 24), np.linspace(0.3, 1, 24)])
+            phases = (np.arange(32) + 0.5) / 32
+            counter = _lead(found, motion, below, phases, taps.duration) == wanted
+            if not counter.any():
+                break
+            best, reach = _smallest(below, phases, counter), (0.1 * abs(best[0]), 1 / 32)
+        report(_SEARCHES)
     velocity, instant = best
     if velocity < 0 and found[motion].symmetric:  # the mirror image of the same tap
         velocity, instant = -velocity, (instant + 0.5) % 1.0

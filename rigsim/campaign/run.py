@@ -17,7 +17,9 @@ from .. import checks
 from .checkpoint import Checkpoint, fingerprint
 from .code import code_fingerprint
 from .progress import reporting
-from .stop import SLICE, Leased, Stop, Stopped, look
+from .stop import SLICE, Lease, Leased, Stop, Stopped, look
+
+_PATIENCE = 2.0  # s for chunks in hand to look up, where the work is stopped
 
 
 def split(count, size):
@@ -144,35 +146,39 @@ def _finished(work, chunks, take, executor):
             look()
             yield mine[0], work(chunks[mine[0]])
         return
-    stop = Stop()
-    lease = nullcontext() if isinstance(executor, ThreadPoolExecutor) else stop.lease()
-    with ExitStack() as pools, lease as path:
-
-        def heeding(chunk):
-            with stop.heeded():
-                look()
-                return work(chunk)
-
-        call, room = Leased(work, path) if path else heeding, 2 * getattr(executor, "_max_workers", len(chunks))
+    apart = not isinstance(executor, ThreadPoolExecutor)
+    stop = Lease() if apart else Stop()
+    call = Leased(work, stop) if apart else partial(_heeding, work, stop)
+    hand, room = {}, 2 * getattr(executor, "_max_workers", len(chunks))
+    with ExitStack() as pools:
         try:
-            while lost := (yield from _pooled(call, chunks, take, executor, room)):
+            while lost := (yield from _pooled(call, chunks, take, executor, room, hand)):
                 # One of these may have ended its process: each by itself shows which.
                 executor, suspects = pools.enter_context(_like(executor)), iter(lost)
-                alone = yield from _pooled(
-                    call, chunks, lambda most, left=suspects: list(islice(left, most)), executor, 1
-                )
-                if alone:
+                one_by_one = lambda most, left=suspects: list(islice(left, most))  # noqa: E731
+                if alone := (yield from _pooled(call, chunks, one_by_one, executor, 1, hand)):
                     raise RuntimeError(
                         f"chunk {alone[0]} (of {len(chunks)}) ends the process that computes it; expected that it "
                         "has memory enough"
                     )
         finally:  # after an error or Ctrl-C nothing more is begun, and what runs ends
             stop.ask()
+            wait([future for future in hand.values() if future and not future.cancel()], timeout=_PATIENCE)
+            if apart:
+                stop.close()
 
 
-def _pooled(call, chunks, take, executor, room):
-    """Yield (number, result), never more than ``room`` in hand; return the numbers in hand when a process was lost."""
-    hand = {}
+def _heeding(work, stop, chunk):
+    with stop.heeded():
+        look()
+        return work(chunk)
+
+
+def _pooled(call, chunks, take, executor, room, hand):
+    """Yield (number, result), never more than ``room`` in hand; return the numbers in hand when a process was lost.
+
+    ``hand`` is a dict of number to future, of what is being computed.
+    """
     try:
         while True:
             look()
@@ -188,10 +194,9 @@ def _pooled(call, chunks, take, executor, room):
                 del hand[number]
                 yield number, result
     except BrokenExecutor:
-        return list(hand)
-    finally:
-        for future in filter(None, hand.values()):
-            future.cancel()
+        lost = list(hand)
+        hand.clear()
+        return lost
 
 
 def _like(executor):

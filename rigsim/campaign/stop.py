@@ -42,29 +42,37 @@ class Stop:
         with _heeding(self):
             yield self
 
-    @contextmanager
-    def lease(self):
-        """A file (its path) that lasts until the stop is asked or all is done: what tells other processes."""
-        handle, path = tempfile.mkstemp(prefix="rigsim-lease-")
-        os.close(handle)
-        try:
-            yield path
-        finally:
-            os.unlink(path)
+
+class Lease:
+    """A stop for other processes of this machine: a file that they look for, in a folder that says where to look."""
+
+    def __init__(self):
+        self._folder = tempfile.TemporaryDirectory(prefix="rigsim-lease-")
+        self.path = os.path.join(self._folder.name, "lease")
+        os.close(os.open(self.path, os.O_CREAT | os.O_WRONLY))
+
+    def ask(self):
+        """Have all work under this lease end at its next look."""
+        os.unlink(self.path)
+
+    def close(self):
+        """Leave nothing behind; to be called when nobody works under this lease any more."""
+        self._folder.cleanup()
 
 
 class Leased:
     """Work for another process, which ends it when the lease of whoever ordered it is gone.
 
-    A process that cannot see the lease from the first, on another machine, does not look for it.
+    A process that cannot see the lease's folder is on another machine, and is not stopped.
     """
 
     def __init__(self, work, lease):
-        self.work, self.lease = work, lease
+        self.work, self.lease = work, lease.path
 
     def __call__(self, chunk):
         """What the work makes of a chunk."""
-        with _heeding(self if os.path.exists(self.lease) else None):
+        with _heeding(self if os.path.isdir(os.path.dirname(self.lease)) else None):
+            look()
             return self.work(chunk)
 
     @property

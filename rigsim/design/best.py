@@ -126,9 +126,11 @@ def design_for_detached_curve(
     """
     oscillator_of(parameters)
     force, number = checks.positive("force", force, "N"), kind_number(kind)
-    bounds = _bounds(parameters, force, free)
-    tolerances = {"force": "100 %"} if tolerances is None else dict(tolerances)
-    half_widths(parameters, force, tolerances)
+    bounds, progress = _bounds(parameters, force, free), checks.progress(progress)
+    seed = checks.seed("seed", seed, generator=True)
+    tolerances = {"force": "100 %"} if tolerances is None else tolerances
+    half_widths(parameters, force, tolerances)  # of each rig that is tried they are found again
+    tolerances = dict(tolerances)
     names, low, high = tuple(bounds), *np.array(list(bounds.values())).T
 
     def reached_at(point, **scan):
@@ -177,23 +179,23 @@ def design_for_detached_curve(
 
 
 def _bounds(parameters, force, free):
-    if isinstance(free, str):
-        raise ValueError(f"free = {free!r} is not allowed; expected a sequence of names, or a dict of bounds")
-    names = tuple(free)
-    if not names:
+    if not isinstance(free, (list, tuple, dict)):
+        told = f"free = {checks.shown(free)} is not allowed"
+        raise ValueError(f"{told}; expected a sequence of names, or a dict of bounds")
+    if not free:
         raise ValueError("free is empty; expected at least one name")
     bounds = {}
-    for name in names:
-        checks.one_of("free quantity", name, built_names(parameters))
+    for name in checks.names("free", list(free), built_names(parameters), "free quantity"):
         item = quantity(parameters, force, name)
         # Wires are compared with each other only when both are set: d may fall below d0 if d0 is free as well.
         lowest, highest = (0.0, np.inf) if name in ("d", "d0") else (item.low, item.high)
         usual = max(0.2 * item.value, item.low), min(5 * item.value, item.high)
         given = free[name] if isinstance(free, dict) else usual
-        low, high = checks.array(f"bounds of {name}", given, item.unit, low=lowest, high=highest, min_size=2)
-        if not low < high or np.size(given) != 2 or (item.low_open and low == 0):
-            raise ValueError(f"bounds of {name} = {given!r} are not allowed; expected (low, high), low below high")
-        bounds[name] = float(low), float(high)
+        ends = checks.array(f"bounds of {name}", given, item.unit, low=lowest, high=highest)
+        if ends.size != 2 or not ends[0] < ends[1] or (item.low_open and ends[0] == 0):
+            told = f"bounds of {name} = {checks.shown(given)} are not allowed"
+            raise ValueError(f"{told}; expected (low, high), low below high")
+        bounds[name] = tuple(ends.tolist())
     return bounds
 
 

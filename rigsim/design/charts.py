@@ -5,11 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import checks
+from ..campaign.cost import affordable
 from ..parameters import oscillator_of
 from ..results import Result
 from .count import KINDS
 from .variation import half_widths, judge_varied, names_of, quantity, varied_sets
 
+_BYTES = 400  # a point
 _HALVINGS = 24  # of a grid's cell, to place the boundary curves
 _NEAR, _FAR = 0.01, 0.25  # of ln(F): between them outlines ask how far the edge is, to part or join at saddles
 _DECADES = 20.0  # axes that span more than this factor are logarithmic
@@ -135,8 +137,13 @@ def existence_chart(
     """
     oscillator_of(parameters)
     force = checks.positive("force", force, "N")
-    counts = [checks.integer("points", number, low=2) for number in points]
-    axes = [_axis(parameters, force, given, number) for given, number in zip((x, y), counts, strict=True)]
+    progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
+    counts = checks.integers("points", points, low=2, size=2)
+    affordable(
+        f"points = ({counts[0]}, {counts[1]})", instead="fewer points", memory=_BYTES * counts[0] * counts[1],
+        seconds=3e-5 * counts[0] * counts[1], shared=executor or checkpoint,
+    )  # fmt: skip
+    axes = [_axis(parameters, force, *axis) for axis in zip("xy", (x, y), counts, strict=True)]
     names = axes[0][0], axes[1][0]
     if names[0] == names[1]:
         raise ValueError(f"x and y are both {names[0]}; expected two quantities")
@@ -173,19 +180,19 @@ def existence_chart(
     )  # fmt: skip
 
 
-def _axis(parameters, force, given, count):
+def _axis(parameters, force, which, given, count):
     """(name, function from cells to values, whether logarithmic)."""
+    if not isinstance(given, str) and not (isinstance(given, (list, tuple)) and len(given) == 3):
+        raise ValueError(f"axis {which} = {checks.shown(given)} is not allowed; expected a name, or (name, low, high)")
     name, *ends = (given,) if isinstance(given, str) else given
-    if len(ends) != (0 if isinstance(given, str) else 2):
-        raise ValueError(f"axis {given!r} is not allowed; expected a name, or (name, low, high)")
-    checks.one_of("quantity", name, names_of(parameters))
+    name = checks.one_of("quantity", name, names_of(parameters))
     item = quantity(parameters, force, name)
     if not ends:
         ends = 0.5 * item.value, 2 * item.value
         if name in ("d", "d0"):
             stretch = 4 * (parameters.d - parameters.d0)
             ends = (parameters.d - stretch, parameters.d) if name == "d0" else (parameters.d0, parameters.d0 + stretch)
-    low, high = checks.array(f"ends of the axis {name}", ends, item.unit, low=0.0, low_open=item.low_open)
+    low, high = checks.array(f"ends of the axis {name}", ends, item.unit, low=0.0, low_open=item.low_open, size=2)
     if not low < high:
         raise ValueError(f"ends of the axis {name} = ({low:g}, {high:g}) are not allowed; expected the lower one first")
     if low > 0 and high > _DECADES * low:

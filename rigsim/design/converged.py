@@ -33,8 +33,7 @@ class Edges:
     """
 
     def __init__(self, parameters, force, kind, names, harmonics, law):
-        for name in names:
-            checks.one_of("quantity", name, built_names(parameters))
+        self.names = tuple(checks.one_of("quantity", name, built_names(parameters)) for name in names)
         scenario = force_scenario(parameters, harmonics, law)
         low, high = None, EventState(math.nan, math.inf, None)
         for event, state in zip(scenario, scenario.states(), strict=True):

@@ -7,9 +7,12 @@ import numpy as np
 
 from .. import checks
 from ..blas import one_blas_thread
+from ..campaign.progress import reporting
+from ..orbits.accuracy import checked_harmonics
+from ..parameters import law_of
 from ..results import ResultSequence, frame
 from .converged import Edges
-from .variation import built_names, checked_start, judge_varied, kind_number, quantity
+from .variation import built_names, checked_start, judge_varied, kind_number, names_of, quantity
 
 _STEPS = 181  # of the scan outwards: distances from a billionth of the range to all of it, 12 % apart
 _COARSE = 49  # of the same of a converged curve, from a millionth
@@ -147,7 +150,7 @@ class Margins(ResultSequence):
 
 
 @one_blas_thread
-def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=None):
+def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=None, progress=False):
     """How far each single number may move, all others held, before the rig has no detached curve of a kind.
 
     A quantity is moved outwards until the number of curves of the kind falls to zero for the first time, and the
@@ -168,6 +171,8 @@ def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=Non
         event that makes or ends it passes the force, to 1e-9 of the move; see `rigsim.design.converged`.
     law : {"exact", "cubic"}, optional
         Of the converged one.
+    progress : bool or callable
+        True shows a bar; a callable is told (moves done, moves in all).
 
     Returns
     -------
@@ -183,7 +188,9 @@ def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=Non
     --------
     >>> margins(RigParameters(), 3.18)["d0"]  # doctest: +SKIP
     """
-    names = built_names(parameters) if names is None else tuple(names)
+    built = built_names(parameters)
+    names = built if names is None else checks.names("names", names, names_of(parameters), "quantity")
+    harmonics, law = checked_harmonics(harmonics), law_of(parameters, law)
     if harmonics == 1:
         force, number = checked_start(parameters, force, kind)
     else:
@@ -195,10 +202,15 @@ def margins(parameters, force, kind="inner", names=None, *, harmonics=1, law=Non
         top = item.high if math.isfinite(item.high) else item.value * _UNLIMITED or _scale(parameters, item.name)
         bottom = item.value * _OPEN if item.low_open else item.low
         moves += [(item.name, item.value, bottom - item.value), (item.name, item.value, top - item.value)]
-    if harmonics == 1:
-        reached = reach(parameters, force, number, moves, np.geomspace(1e-9, 1, _STEPS))
-    else:
-        reached = np.transpose([edges.reach(*move, np.geomspace(1e-6, 1, _COARSE)) for move in moves])
+    with reporting(progress, len(moves), "moves") as report:
+        if harmonics == 1:
+            reached = reach(parameters, force, number, moves, np.geomspace(1e-9, 1, _STEPS))
+        else:
+            reached = np.empty((2, len(moves)))
+            for i, move in enumerate(moves):
+                reached[:, i] = edges.reach(*move, np.geomspace(1e-6, 1, _COARSE))
+                report(i + 1)
+        report(len(moves))
     ends = []  # of each move: the last value with the curve and the first without
     for (_, origin, step), kept, lost in zip(moves, *reached, strict=True):
         never = step == 0 or math.isinf(lost)

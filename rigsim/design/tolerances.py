@@ -7,11 +7,15 @@ import numpy as np
 
 from .. import checks
 from ..blas import one_blas_thread
+from ..campaign.cost import affordable
 from ..campaign.run import join, run_chunks, split
+from ..orbits.accuracy import checked_harmonics
+from ..parameters import law_of, oscillator_of
 from ..results import Result, frame
 from .converged import Edges
 from .variation import half_widths, judge_varied, kind_number, quantity
 
+_BYTES, _RIG, _CONVERGED = 250, 3e-5, 1e-2  # a rig: bytes, and seconds by single-term theory or converged
 _COMPARED = 2000  # rigs of the study that are drawn again with one quantity exact, or alone
 _CHUNK, _CONVERGED_CHUNK = 4096, 16  # rigs that are judged at a time, in some 0.1 s
 
@@ -158,13 +162,20 @@ def tolerance_study(
     --------
     >>> tolerance_study(RigParameters(), 3.18, {"d0": 1e-6, "force": "2 %"})  # doctest: +SKIP
     """
+    oscillator_of(parameters)
+    progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
     force = checks.positive("force", force, "N")
     widths = half_widths(parameters, force, tolerances)
     samples = checks.integer("samples", samples, low=1)
-    checks.one_of("distribution", distribution, ("uniform", "normal"))
-    number = kind_number(kind)
-    generator = np.random.default_rng(seed)
-    values = {}
+    distribution = checks.one_of("distribution", distribution, ("uniform", "normal"))
+    number, seed = kind_number(kind), checks.seed("seed", seed, generator=True)
+    harmonics, law = checked_harmonics(harmonics), law_of(parameters, law)
+    each = _RIG if harmonics == 1 else _CONVERGED
+    affordable(
+        f"samples = {samples}", instead="fewer samples", memory=samples * (_BYTES + 16 * len(widths)),
+        seconds=each * (samples + 2 * len(widths) * min(samples, _COMPARED)), shared=executor or checkpoint,
+    )  # fmt: skip
+    generator, values = np.random.default_rng(seed), {}
     for name, width in widths.items():
         uniform = distribution == "uniform"
         drawn = generator.uniform(-1, 1, samples) if uniform else 0.5 * generator.standard_normal(samples)

@@ -57,7 +57,7 @@ def built_names(parameters):
 
 def quantity(parameters, force, name):
     """The checked `Quantity` of a name; ``k`` is the mean of the wires' stiffnesses."""
-    checks.one_of("quantity", name, names_of(parameters))
+    name = checks.one_of("quantity", name, names_of(parameters))
     values = _base(parameters, force)
     if name in _STIFFNESS:
         values[name] = getattr(parameters, name)
@@ -154,10 +154,20 @@ def checked_start(parameters, force, kind):
     return force, number
 
 
+def _number(text):
+    """The number that a text says, or the text, to be refused."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 def half_widths(parameters, force, tolerances):
     """Checked tolerances (dict of str to float) in SI units: a number as it is, "5 %" of the quantity's own value."""
     if not isinstance(tolerances, dict) or not tolerances:
-        raise ValueError(f"tolerances = {tolerances!r} is not allowed; expected a dict of at least one name")
+        raise ValueError(
+            f"tolerances = {checks.shown(tolerances)} is not allowed; expected a dict of at least one name"
+        )
     widths = {}
     for name, given in tolerances.items():
         item = quantity(parameters, force, name)
@@ -165,8 +175,10 @@ def half_widths(parameters, force, tolerances):
         if isinstance(given, str):
             text = given.strip()
             if not text.endswith("%"):
-                raise ValueError(f'{label} = {given!r} is not allowed; expected a number ({item.unit}) or "5 %"')
-            widths[name] = abs(item.value) * checks.positive(label, text[:-1], "%") / 100
+                told = f"{label} = {checks.shown(given)} is not allowed"
+                raise ValueError(f'{told}; expected a number ({item.unit}) or "5 %"')
+            percent = checks.real(label, _number(text[:-1]), "%", low=0.0, high=1e6, low_open=True)
+            widths[name] = abs(item.value) * percent / 100
         else:
             widths[name] = checks.positive(label, given, item.unit)
         if widths[name] == 0:

@@ -5,12 +5,15 @@ import math
 import numpy as np
 
 from .. import checks
+from ..campaign.cost import affordable
 from ..campaign.progress import reporting
 from ..model.chipmunk import STARTS, RigSpace
 from ..model.excitation import HOLDS, HeldForce
+from ..parameters import rig_of
 from .record import Record
 
 _BLOCK = 1000  # samples between two looks at the clock and the keyboard
+_SAMPLE, _KICK, _STEP = 100, 60, 4e-7  # bytes a sample, bytes a step of a block, seconds a step
 
 
 def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-5, *, seed=None, progress=False):
@@ -41,12 +44,12 @@ def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-
     ValueError
         If an argument is not allowed, the step is unstable or the mass goes past its wires' reach.
     """
+    parameters, progress = rig_of(parameters), checks.progress(progress)
     force = checks.array("force", force, "N", min_size=2)
     sample_rate = checks.positive("sample_rate", sample_rate, "Hz")
-    checks.one_of("hold", hold, HOLDS)
-    checks.one_of("start", start, STARTS)
-    step = checks.positive("step", step, "s")
-    substeps = math.ceil(1 / (sample_rate * step) * (1 - 1e-12))
+    hold, start = checks.one_of("hold", hold, HOLDS), checks.one_of("start", start, STARTS)
+    step, seed = checks.positive("step", step, "s"), None if seed is None else checks.seed("seed", seed)
+    substeps = _affordable_substeps(f"force of {force.size} samples", force.size, sample_rate, step)
     step = 1 / (sample_rate * substeps)
     space = RigSpace([parameters], step, start)
     kicks = HeldForce(force, substeps, hold)
@@ -66,6 +69,16 @@ def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-
     return Record(
         force, shaker, mass, sample_rate, hold, tilt=tilt, seed=seed, start=start, parameters=parameters, step=step
     )
+
+
+def _affordable_substeps(given, samples, sample_rate, step):
+    """Steps a sample interval, if that many samples of them can be afforded."""
+    substeps = math.ceil(1 / (sample_rate * step) * (1 - 1e-12))
+    affordable(
+        f"{given} at {sample_rate:g} Hz in steps of {step:g} s", instead="fewer samples or a longer step",
+        memory=_SAMPLE * samples + _KICK * min(_BLOCK, samples) * substeps, seconds=_STEP * samples * substeps,
+    )  # fmt: skip
+    return substeps
 
 
 def random_test(
@@ -91,11 +104,14 @@ def random_test(
     ValueError
         If an argument is not allowed; see `simulate`.
     """
-    rms = checks.positive("rms", rms, "N")
+    parameters, progress = rig_of(parameters), checks.progress(progress)
+    rms, step = checks.positive("rms", rms, "N"), checks.positive("step", step, "s")
     sample_rate = checks.positive("sample_rate", sample_rate, "Hz")
-    samples = round(checks.positive("duration", duration, "s") * sample_rate)
-    samples = checks.integer("number of samples", samples, low=2)
-    seed = checks.integer("seed", seed, low=0)
+    duration = checks.positive("duration", duration, "s")
+    samples = checks.integer("number of samples", round(duration * sample_rate), low=2)
+    hold, start = checks.one_of("hold", hold, HOLDS), checks.one_of("start", start, STARTS)
+    seed = checks.seed("seed", seed)
+    _affordable_substeps(f"duration = {duration:g} s", samples, sample_rate, step)
     force = np.random.default_rng(seed).standard_normal(samples)
     force *= rms / np.sqrt(np.mean(force**2))
     return simulate(parameters, force, sample_rate, hold, start, step, seed=seed, progress=progress)

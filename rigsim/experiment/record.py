@@ -16,6 +16,7 @@ from .formats import FORMATS
 from .lines import strongest_lines
 
 HOLDS = ("zero", "linear", "band-limited")
+_REACH = np.pi / 2  # rad; at a right angle every rig's wires are past theirs
 UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad"}
 # What a file may say of a record, and as what: the fields above, and how many samples it should hold.
 _DETAILS = {"sample_rate": (int, float), "hold": (str,), "seed": (int, float), "start": (str,), "parameters": (dict,)}
@@ -48,7 +49,7 @@ class Record(Result):
         What the force did between samples: kept its value, ran straight to the next
         one, or had nothing above half the sample rate (a measured force).
     tilt : array_like, shape (n,), optional
-        Tilt of the suspended mass, counter-clockwise positive (rad).
+        Tilt of the suspended mass, counter-clockwise positive (rad), less than a right angle.
     seed : int, optional
         Seed of the force.
     start : str, optional
@@ -56,7 +57,7 @@ class Record(Result):
     parameters : RigParameters or OscillatorParameters, optional
         What was tested, where it is known.
     step : float, optional
-        Integration step behind a simulated record (s).
+        Integration step behind a simulated record (s), at most a sample interval.
 
     Raises
     ------
@@ -84,19 +85,23 @@ class Record(Result):
             values = getattr(self, name)
             if values is None and name == "tilt":
                 continue
-            channel, n = np.array(checks.array(name, values, unit, min_size=2)), np.size(self.force)
+            reach = _REACH if name == "tilt" else np.inf
+            values = checks.array(name, values, unit, min_size=2, low=-reach, high=reach, physical=False)
+            channel = np.array(values)  # a copy of its own
+            n = channel.size if name == "force" else self.force.size
             if channel.size != n:
                 raise ValueError(f"{name} has {channel.size} samples; expected {n}, as many as the force")
             channel.flags.writeable = False
             set_field(name, channel)
         set_field("sample_rate", checks.positive("sample_rate", self.sample_rate, "Hz"))
-        checks.one_of("hold", self.hold, HOLDS)
+        set_field("hold", checks.one_of("hold", self.hold, HOLDS))
         if self.seed is not None:
-            set_field("seed", checks.integer("seed", self.seed, low=0))
+            set_field("seed", checks.seed("seed", self.seed))
         if self.start is not None:
-            checks.one_of("start", self.start, ("rest", "equilibrium"))
+            set_field("start", checks.one_of("start", self.start, ("rest", "equilibrium")))
         if self.step is not None:
-            set_field("step", checks.positive("step", self.step, "s"))
+            longest = (1 + 1e-9) / self.sample_rate  # a sample interval takes one step or more
+            set_field("step", checks.real("step", self.step, "s", low=0.0, low_open=True, high=longest))
         if self.parameters is not None:
             parameters.oscillator_of(self.parameters)
 
@@ -158,9 +163,10 @@ class Record(Result):
         Raises
         ------
         ValueError
-            If there is no such channel, or the record holds no whole period.
+            If there is no such channel, the record holds no whole period, or it has too few samples for that frequency.
         """
-        signal, f = self._signal(channel), checks.real("frequency", frequency, "Hz", low=1 / self.duration)
+        signal, half = self._signal(channel), self.sample_rate / 2
+        f = checks.real("frequency", frequency, "Hz", low=1 / self.duration, high=half)
         periods = int((signal.size + 0.5) / self.sample_rate * f)
         part = signal[-round((periods - periods % 6 or periods) / f * self.sample_rate) :]
         window = np.hanning(part.size + 1)[:-1]
@@ -173,7 +179,8 @@ class Record(Result):
         The channel is one of `channels`, or "relative"; the amplitude is 0 where the ``band`` (a pair in Hz) holds no
         frequency.
         """
-        return strongest_lines(self.time, self._signal(channel), band)[0]
+        signal, band = self._signal(channel), checks.pair("band", band, "Hz", low_open=False)
+        return strongest_lines(self.time, signal, band)[0]
 
     def _signal(self, channel):
         signals = self.channels | {"relative": self.relative}
@@ -196,7 +203,7 @@ class Record(Result):
         ValueError
             If the suffix is neither.
         """
-        path = Path(path)
+        path = Path(checks.path("path", path))
         write = _format(path).write
         # A link stays one: what it points to is replaced.
         target = Path(os.path.realpath(path))
@@ -238,7 +245,8 @@ class Record(Result):
             If the suffix is unknown, the file is not in that form, it and ``hold`` say no hold
             or two, or its values are not allowed.
         """
-        path = Path(path)
+        path = Path(checks.path("path", path))
+        hold = None if hold is None else checks.one_of("hold", hold, HOLDS)
         details, channels, units = _format(path).read(path)
         _check(path, details, channels, units)
         if "time" in channels:
@@ -270,7 +278,7 @@ def _check(path, details, channels, units):
             raise ValueError(f"{name} in {path} = {reprlib.repr(value)} is not allowed; expected {_EXPECTED[kind[0]]}")
     count = details.pop("samples", channels["force"].size)
     for name, values in channels.items():
-        checks.one_of(f"channel in {path}", name, (*UNITS, "time"))
+        name = checks.one_of(f"channel in {path}", name, (*UNITS, "time"))
         if values.size != count:
             raise ValueError(
                 f"{name} in {path} has {values.size} samples; expected {count}, as the file or its force says"
@@ -283,7 +291,7 @@ def _check(path, details, channels, units):
 
 def _rate_of(path, time, said):
     """Sample rate that an evenly spaced ``time`` (s) gives: what the file said, if that agrees."""
-    time = checks.array(f"time in {path}", time, "s", min_size=2)
+    time = checks.array(f"time in {path}", time, "s", min_size=2, physical=False)
     with np.errstate(all="ignore"):
         steps = np.diff(time)
         mean = (time[-1] - time[0]) / steps.size
@@ -299,7 +307,8 @@ def _rate_of(path, time, said):
         )
     if said is None:
         return rate
-    if abs(checks.positive(f"sample_rate in {path}", said, "Hz") * mean - 1) > 1e-3:
+    said = checks.positive(f"sample_rate in {path}", said, "Hz")
+    if abs(said * mean - 1) > 1e-3:
         raise ValueError(f"sample_rate in {path} = {said:g} Hz is not allowed; its time gives {rate:g} Hz")
     return said
 
@@ -310,8 +319,7 @@ def _tested(path, values):
         return None
     kind = _KINDS[checks.one_of(f"kind of parameters in {path}", values.pop("kind", None), tuple(_KINDS))]
     known = {item.name: item for item in fields(kind)}
-    for name in values:
-        checks.one_of(f"parameter in {path}", name, tuple(known))
+    values = {checks.one_of(f"parameter in {path}", name, tuple(known)): value for name, value in values.items()}
     missing = [name for name, item in known.items() if item.default is MISSING and name not in values]
     if missing:
         raise ValueError(f"parameters in {path} lack {', '.join(missing)}; expected every value of {kind.__name__}")

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import checks
+from ..campaign.cost import affordable
 from ..campaign.run import join, run_chunks, split
 from ..campaign.stop import look
 from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import CosineForce, Tap, TapForce
-from ..model.planar import pack
+from ..parameters import rigs_of
 from ..results import Result, Status, frame
 from .record import Record
 from .steady import HARMONICS, read_window
@@ -19,6 +20,7 @@ _WINDOW = 1.0  # s
 LOWEST = 2 / _WINDOW  # Hz; two whole periods, so that the window's halves can be compared
 _CHUNK = 36  # rigs a Space: the problem's own grain, so that results do not depend on the executor
 _BLOCK = 500  # samples between two looks at the keyboard
+_STEP, _READ, _KICK = 4e-7, 5e-3, 60  # seconds a step of a rig and a spectrum, bytes a step of a block
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -151,12 +153,14 @@ def sine_test(
     ValueError
         If an argument is not allowed, lengths do not broadcast, or the step is unstable.
     """
+    progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
     duration = checks.real("duration", duration, "s", low=_WINDOW)
     step = checks.positive("step", step, "s")
-    checks.one_of("start", start, STARTS)
+    start = checks.one_of("start", start, STARTS)
     rigs, force, frequency, taps = _broadcast(parameters, force, frequency, tap, duration, step)
     every = max(1, int(min(1 / 4000, 1 / (2.5 * HARMONICS * frequency.max())) / step))
     samples = math.ceil(duration / (every * step) * (1 - 1e-12))
+    _refuse_endless(len(rigs), duration, step, every, executor or checkpoint)
     window = samples - math.ceil(_WINDOW / (every * step) * (1 - 1e-12)), samples
     time = step * every * np.arange(window[0], window[1] + 1)
     run = {"every": every, "time": time, "start": start, "step": step}
@@ -174,16 +178,28 @@ def sine_test(
     )  # fmt: skip
 
 
+def _refuse_endless(rigs, duration, step, every, shared):
+    steps = duration / step
+    given = f"duration = {duration:g} s in steps of {step:g} s"
+    traces = 3 * 8 * rigs * min(duration, _WINDOW) / (every * step)
+    once = min(rigs, _CHUNK)  # a chunk is what is kept: it cannot be shared
+    block = _BLOCK * every * once * _KICK
+    affordable(given, memory=2 * traces + block, seconds=once * steps * _STEP, instead="a shorter test or longer steps")
+    seconds = rigs * (steps * _STEP + _READ)
+    affordable(f"{given} for {rigs} rigs", seconds=seconds, instead="fewer rigs or a shorter test", shared=shared)
+
+
 def _broadcast(parameters, force, frequency, tap, duration, step):
-    rigs, taps = (list(given) if np.iterable(given) else [given] for given in (parameters, tap))
-    pack(rigs)  # refuses what is no rig
+    rigs, taps = rigs_of(parameters), checks.one_or_many("tap", tap, (Tap, type(None)), "a Tap or None")
     if rigs:
         check_step(rigs, step)  # first, for the limits of taps and frequencies follow from it
     for one in (one for one in taps if one is not None):
-        if not isinstance(one, Tap):
-            raise ValueError(f"tap = {one!r} is not allowed; expected a Tap or None")
-        checks.real("tap duration", one.duration, "s", low=4 * step)
-        checks.real("tap time", one.time, "s", low=0.0, high=duration - one.duration)
+        if one.duration < 4 * step:
+            wanted = f"a finite number of at least four steps, {4 * step:g} s"
+            raise ValueError(f"tap duration = {one.duration:g} s is not allowed; expected {wanted}")
+        if one.time > duration - one.duration:
+            last = checks.digits(duration - one.duration)
+            raise ValueError(f"tap time = {one.time:g} s is not allowed; expected a number from 0 to {last} s")
     force = checks.array("force", force, "N", low=0.0, low_open=True)
     highest = 1 / (4 * HARMONICS * step)
     frequency = checks.array("frequency", frequency, "Hz", low=LOWEST, high=highest)

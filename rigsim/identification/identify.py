@@ -7,8 +7,9 @@ from scipy import signal
 
 from .. import checks
 from ..blas import one_blas_thread
+from ..campaign.cost import affordable
 from ..campaign.progress import reporting
-from ..experiment.record import HOLDS, Record
+from ..experiment.record import HOLDS, UNITS, Record
 from ..model.modes import Modes, largest_to_one
 from ..model.oscillator import oscillator_modes
 from ..parameters import OscillatorParameters
@@ -18,6 +19,7 @@ from .receptance import RationalFraction, fit_rational_fraction
 from .refine import refine_state_space
 from .subspace import StateSpace, fit_input_matrices, identify_state_space
 
+_MATRICES, _LINE, _SAMPLE = 6, 6e3, 2e3  # of all block rows, in memory at once; bytes a frequency and a sample
 _STEPS = 5  # of work, the first of them twice as long as the others
 RESOLUTION = 0.1  # Hz between the frequencies of a result
 # Limits of what is believed: a clean record of the right hold leaves a misfit of 1e-9 to 1e-4 ...
@@ -159,6 +161,10 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
     if not isinstance(record, Record):
         raise ValueError(f"record is a {type(record).__name__}; expected a Record")
     order, block_rows = _checked_orders(order, block_rows, record)
+    progress = checks.progress(progress)
+    conversion = checks.one_of("conversion", conversion, nsi.CONVERSIONS)
+    band = checks.pair("band", band, "Hz", high=record.sample_rate / 2)
+    _refuse_endless(record, block_rows, band)
     frequency = _frequencies(band, record.sample_rate)
     lines, needed = int((frequency[-1] - frequency[0]) * record.duration), order * (order + 6)
     if lines < needed:
@@ -166,9 +172,8 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
             f"band = {frequency[0]:g} to {frequency[-1]:g} Hz has {lines} lines in {record.duration:g} s of record; "
             f"expected at least {needed} for order = {order}"
         )
-    checks.one_of("conversion", conversion, nsi.CONVERSIONS)
     for name in ("force", "shaker", "mass", "relative"):
-        channel = getattr(record, name)
+        channel = checks.array(name, getattr(record, name), UNITS.get(name, "m"))
         if not np.ptp(channel) > 1e-12 * np.abs(channel).max():
             raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
 
@@ -211,6 +216,19 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
     )  # fmt: skip
 
 
+def _refuse_endless(record, block_rows, band):
+    """Refuse what cannot be afforded: matrices of all block rows of five channels, and what is read at frequencies."""
+    rows, samples, lines = 2.0 * block_rows * 5, record.force.size, (band[1] - band[0]) / RESOLUTION
+    affordable(
+        f"block_rows = {block_rows}", instead="fewer block rows", memory=8 * _MATRICES * rows**2,
+        seconds=4e-10 * samples * rows * 5 + 2e-9 * rows**3,
+    )  # fmt: skip
+    affordable(
+        f"band = {band[0]:g} to {band[1]:g} Hz with a record of {samples} samples", instead="a narrower band",
+        memory=_LINE * lines + _SAMPLE * samples, seconds=1e-4 * lines + 1e-4 * samples,
+    )  # fmt: skip
+
+
 def _checked_orders(order, block_rows, record):
     block_rows = checks.integer("block_rows", block_rows, low=4)
     order = checks.integer("order", order, low=4, high=block_rows)
@@ -226,9 +244,7 @@ def _checked_orders(order, block_rows, record):
 
 def _frequencies(band, sample_rate):
     """Every 0.1 Hz over the band, both ends included."""
-    low, high = checks.array("band", band, "Hz", low=0.0, low_open=True, high=sample_rate / 2, min_size=2)[:2]
-    if np.size(band) != 2 or not high > low:
-        raise ValueError(f"band = {tuple(np.ravel(band).tolist())} Hz is not allowed; expected a pair, low below high")
+    low, high = checks.pair("band", band, "Hz", high=sample_rate / 2)
     return np.linspace(low, high, max(int(round((high - low) / RESOLUTION)), 40) + 1)
 
 

@@ -47,6 +47,7 @@ class Tap:
 
     def force(self, mass, time):
         """Force (N) on a mass of ``mass`` kg at ``time`` (s), with the shape of ``time``."""
+        mass, time = checks.positive("mass", mass, "kg"), checks.array("time", time, "s", ndim=None)
         phase = (time - self.time) / self.duration
         peak = mass * self.velocity * np.pi / (2 * self.duration)
         return np.where((phase > 0) & (phase < 1), peak * np.sin(np.pi * phase), 0.0)

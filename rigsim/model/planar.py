@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import checks
 from ..compiled import compiled
-from ..parameters import RigParameters
+from ..parameters import RigParameters, rig_of
 from ..results import Result, frame
 from .modes import largest_to_one, modes_of
 
@@ -38,8 +38,7 @@ def pack(parameters):
     rigs = np.zeros(len(parameters), dtype=RIG)
     wires = np.zeros((len(parameters), 6), dtype=WIRE)
     for i, p in enumerate(parameters):
-        if not isinstance(p, RigParameters):
-            raise ValueError(f"parameters = {p!r} is not allowed; the multi-body rig expects RigParameters")
+        p = rig_of(p)
         rigs[i] = (p.ms, p.ks, p.cs, p.m, p.inertia, p.c, p.LG, p.d0, p.gravity, p.wire_damping, p.rocking_damping,
                    p.tension_only)  # fmt: skip
         wires["hidden"][i] = p.d  # also of the absent wires, whose length must not vanish
@@ -220,12 +219,12 @@ class StaticEquilibrium(Result):
     def sweep(self, points=25):
         """How rigs like this one hang, on one wire set and on two, over their wires' stretch and their mass's offset.
 
-        A `pandas.DataFrame` with a row a rig, ``points`` a sweep (at least 2): "over" (None for the rig itself,
+        A `pandas.DataFrame` with a row a rig, ``points`` a sweep (2 to 10 000): "over" (None for the rig itself,
         "stretch" d - d0, "offset" LG), "sets", "value [m]", "tilt [deg]" without its sign, and the "lower [Hz]" and
         "upper [Hz]" of the two frequencies at which the mass rocks and bounces; NaN where there is no stable
         equilibrium or the rig cannot be built.
         """
-        p, points = self.parameters, checks.integer("points", points, low=2)
+        p, points = self.parameters, checks.integer("points", points, low=2, high=10_000)
         changes = [(None, np.nan, {})]
         lowest = min(0.1, (p.d - p.d0) / 3e-6 or 0.1)
         changes += [("stretch", s, {"d0": p.d - s}) for s in np.geomspace(lowest, 33, points) * 3e-6]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .. import checks
 from ..compiled import inlinable
 from ..parameters import law_of, oscillator_of
 
@@ -48,7 +49,7 @@ def suspension_force(z, parameters, law=None):
     ``z`` is the relative displacement xs - x (m). The ``law`` is "exact", Eq. (1), sum(k) z (1 - d0/sqrt(z^2 + d^2)),
     the default for a rig; or "cubic", Eq. (2), k1 z + k3 z^3, the only one without wires.
     """
-    return axial_force(spring_of(parameters, law), _displacement(z))
+    return axial_force(spring_of(parameters, law), checks.array("z", z, "m", ndim=None))
 
 
 def cubic_law_error(z, parameters):
@@ -71,14 +72,7 @@ def cubic_law_error(z, parameters):
     ValueError
         If z is not finite or ``parameters`` has no wires.
     """
-    z = _displacement(z)
+    z = checks.array("z", z, "m", ndim=None)
     exact = suspension_force(z, parameters, law="exact")
     difference = suspension_force(z, parameters, law="cubic") - exact
     return np.divide(difference, exact, out=np.zeros_like(z), where=exact != 0)
-
-
-def _displacement(z):
-    z = np.asarray(z, dtype=float)
-    if not np.isfinite(z).all():
-        raise ValueError("z holds values that are not finite; expected displacements in m")
-    return z

@@ -44,7 +44,6 @@ def climbed(attempt, harmonics, tolerance, first=LADDER[0]):
     """
     if not isinstance(harmonics, str):
         return attempt(harmonics)
-    checks.one_of("harmonics", harmonics, ("auto",))
     count = first
     while True:
         result, error = attempt(count)
@@ -53,6 +52,13 @@ def climbed(attempt, harmonics, tolerance, first=LADDER[0]):
             return result, error
         wanted = count * np.log(tolerance) / np.log(min(error, 0.5))
         count = next((rung for rung in above if rung >= wanted), above[-1])
+
+
+def checked_harmonics(harmonics, high=200):
+    """A number of harmonics, from 1 to ``high``, or "auto"; `ValueError` if it is neither."""
+    if isinstance(harmonics, str):
+        return checks.one_of("harmonics", harmonics, ("auto",))
+    return checks.integer("harmonics", harmonics, low=1, high=high)
 
 
 def doubt(error, harmonics, tolerance):

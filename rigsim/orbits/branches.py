@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .. import checks
 from ..parameters import OscillatorParameters, RigParameters
 from ..results import Result, ResultSequence, Status, frame
 from ..theory.amplitude import frequency_response
@@ -161,6 +162,7 @@ class OrbitBranch(Result):
 
     def shoot(self, i):
         """Orbit ``i`` found again by shooting in time, as a `ShotOrbit`."""
+        i = checks.integer("i", i, low=0, high=self.frequency.size - 1)
         rate = 2j * np.pi * self.frequency[i] / self.period * np.arange(self.relative.shape[1])
         motion = np.array([self.shaker[i], self.mass[i]])
         state = np.concatenate([motion.real.sum(axis=1), (rate * motion).real.sum(axis=1)])

@@ -6,6 +6,8 @@ import numpy as np
 
 from .. import checks
 from ..blas import one_blas_thread
+from ..campaign.progress import reporting
+from ..parameters import law_of
 from ..results import Result, frame
 from .continuation import advance, unit_tangent
 from .harmonic_balance import balance
@@ -55,7 +57,7 @@ class HarmonicsWorth(Result):
 
 
 @one_blas_thread
-def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 11), law=None):
+def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 11), law=None, *, progress=False):
     """Errors of the curves of `periodic_orbits` for several numbers of harmonics, against ten more than the largest.
 
     Parameters
@@ -66,8 +68,10 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     band : (float, float)
         Forcing frequencies (Hz).
     harmonics : sequence of int
-        Ascending.
+        Ascending, from 1 to 190.
     law : {"exact", "cubic"}, optional
+    progress : bool or callable
+        True shows a bar; a callable is told (numbers of harmonics done, numbers in all).
 
     Returns
     -------
@@ -78,18 +82,25 @@ def harmonics_worth(parameters, force, band=(5, 80), harmonics=(1, 3, 5, 7, 9, 1
     ValueError
         If an input is not allowed; see `periodic_orbits`.
     """
-    counts = [checks.integer("harmonics", count, low=1) for count in np.atleast_1d(harmonics)]
-    best = periodic_orbits(parameters, force, band, counts[-1] + _BEYOND, law)
-    places = [(point.kind, point.frequency) for branch in best for point in branch.special_points]
+    law, band = law_of(parameters, law), checks.pair("band", band, "Hz")
+    force = checks.positive("force", force, "N")
+    counts = checks.integers("harmonics", harmonics, low=1, high=200 - _BEYOND)
+    if list(counts) != sorted(set(counts)):
+        raise ValueError(f"harmonics = {checks.shown(counts)} is not allowed; expected ascending numbers")
     error, shift, pieces, points = [], [], [], []
-    for count in counts:
-        error.append(_errors(best, count))
-        curves = periodic_orbits(parameters, force, band, count, law)
-        here = [(point.kind, point.frequency) for branch in curves for point in branch.special_points]
-        gaps = [min((abs(f - g) for name, g in here if name == kind), default=np.inf) for kind, f in places]
-        shift.append(max(gaps, default=0.0))
-        pieces.append(len(curves))
-        points.append(len(here))
+    with reporting(progress, len(counts) + 1, "numbers of harmonics") as report:
+        best = periodic_orbits(parameters, force, band, counts[-1] + _BEYOND, law)
+        places = [(point.kind, point.frequency) for branch in best for point in branch.special_points]
+        for i, count in enumerate(counts, 1):
+            report(i)
+            error.append(_errors(best, count))
+            curves = periodic_orbits(parameters, force, band, count, law)
+            here = [(point.kind, point.frequency) for branch in curves for point in branch.special_points]
+            gaps = [min((abs(f - g) for name, g in here if name == kind), default=np.inf) for kind, f in places]
+            shift.append(max(gaps, default=0.0))
+            pieces.append(len(curves))
+            points.append(len(here))
+        report(len(counts) + 1)
     arrays = map(np.array, (counts, error, shift, pieces, points))
     return HarmonicsWorth(*arrays, best[0].harmonics)
 

@@ -178,7 +178,7 @@ def balance(parameters, force, harmonics, law, period=1, symmetric=False):
     oscillator = oscillator_of(parameters)
     force = checks.positive("force", force, "N")
     harmonics = checks.integer("harmonics", harmonics, low=1, high=200)
-    period = int(checks.one_of("period", period, (1, 2, 3)))
+    period = checks.one_of("period", period, (1, 2, 3))
     law = law_of(parameters, law)
     if oscillator.cs == 0:
         raise ValueError("cs = 0 N s/m is not allowed here; expected a damped shaker, for else solutions have no bound")

@@ -29,7 +29,7 @@ from ..campaign.progress import reporting
 from ..parameters import law_of, oscillator_of
 from ..theory.amplitude import frequency_response
 from ..theory.detached import folds
-from .accuracy import NOTICED, climbed, doubt, worst
+from .accuracy import NOTICED, checked_harmonics, climbed, doubt, worst
 from .branches import PeriodicOrbits
 from .continuation import correct_at, place_on
 from .curves import add_curve, add_curve_at_fold, branch_of, branching_curves, corrected, curve_through, joined
@@ -92,11 +92,11 @@ def periodic_orbits(
     ValueError
         If an input is not allowed, the exact law is asked of a set without wires, or the shaker is undamped.
     """
-    checks.one_of("period", period, (1, 2))
-    checks.one_of("search", search, ("complete", "seeds"))
+    law, band = law_of(parameters, law), checks.pair("band", band, "Hz")
+    force, progress = checks.positive("force", force, "N"), checks.progress(progress)
+    harmonics, period = checked_harmonics(harmonics), checks.one_of("period", period, (1, 2))
+    search = checks.one_of("search", search, ("complete", "seeds"))
     tolerance = checks.real("tolerance", tolerance, low=1e-12, high=1e-2)
-    law = law_of(parameters, law)
-    band = checked_band(band)
     with reporting(progress, SLICES, "periodic orbits") as report:
         sheets, exploration = explored_with(
             parameters, force, band, law, harmonics, tolerance, period + 1, search == "complete", report=report
@@ -257,12 +257,13 @@ def continue_orbit(
     ValueError
         If an input is not allowed, or no orbit is found from the given lines.
     """
-    law = law_of(parameters, law)
-    low, high = checked_band(band)
+    law, (low, high) = law_of(parameters, law), checks.pair("band", band, "Hz")
+    force, harmonics = checks.positive("force", force, "N"), checked_harmonics(harmonics)
     frequency = checks.real("frequency", frequency, "Hz", low=low, high=high)
     tolerance = checks.real("tolerance", tolerance, low=1e-12, high=1e-2)
-    relative = np.atleast_1d(np.asarray(relative, dtype=complex))
-    if relative.ndim != 1 or not np.isfinite(relative).all() or not relative.any():
+    period = checks.one_of("period", period, (1, 2, 3))
+    relative = checks.lines("relative", relative, "m")
+    if not relative.any():
         raise ValueError(f"relative has shape {relative.shape}; expected one row of finite lines (m), not all zero")
 
     def attempt(count):
@@ -296,14 +297,6 @@ def _known_orbit(equations, frequency, relative):
         if again:
             return symmetric, mirrored, tangent_there
     return equations, x, tangent
-
-
-def checked_band(band, name="band", unit="Hz"):
-    """A pair of numbers above zero, ascending, as floats."""
-    band = checks.array(name, band, unit, low=0.0, low_open=True)
-    if band.size != 2 or not band[0] < band[1]:
-        raise ValueError(f"{name} = {tuple(band.tolist())} {unit} is not allowed; expected two numbers, ascending")
-    return float(band[0]), float(band[1])
 
 
 def _seeds(parameters, force, low, high):

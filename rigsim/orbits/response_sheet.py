@@ -17,11 +17,12 @@ from ..campaign.progress import reporting
 from ..parameters import OscillatorParameters, RigParameters, law_of
 from ..results import Result, frame
 from ..theory.detached import ForceEvent
+from .accuracy import checked_harmonics
 from .branches import PeriodicOrbits
 from .continuation import sizes
 from .curves import corrected, curve_through, place_on
 from .loci import FOLD, hessian
-from .periodic_orbits import checked_band, explored_with, judged
+from .periodic_orbits import explored_with, judged
 from .sheet import SLICES, Exploration, from_rest
 
 _NAMES = ("", "asymmetric ", "period-two ")
@@ -65,7 +66,7 @@ class ResponseSheet(Result):
     def at(self, force, period=1):
         """The `PeriodicOrbits` at a force (N) of the sheet's range, as `periodic_orbits` finds them."""
         force = checks.real("force", force, "N", low=self.force[0], high=self.force[1])
-        checks.one_of("period", period, (1, 2))
+        period = checks.one_of("period", period, (1, 2))
         sheets = self.exploration.sheets[: period + 1]
         harmonics = "auto" if self.automatic else self.harmonics
         settings = self.band, self.law, sheets, self.exploration, harmonics, self.tolerance, period
@@ -181,9 +182,9 @@ def response_sheet(
         (`rigsim.orbits.sheet`). Motions that hang on nothing, as of three periods, are not on it:
         `.at(force).verdict()` looks for them, from 64 starts at each of eight frequencies, and follows what it meets.
     """
-    law = law_of(parameters, law)
-    band = checked_band(band)
-    force = checked_band(force, "force", "N")
+    law, progress = law_of(parameters, law), checks.progress(progress)
+    band, force = checks.pair("band", band, "Hz"), checks.pair("force", force, "N")
+    harmonics = checked_harmonics(harmonics)
     tolerance = checks.real("tolerance", tolerance, low=1e-12, high=1e-2)
     with reporting(progress, SLICES, "response sheet") as report:
         _, exploration = explored_with(

@@ -6,8 +6,11 @@ import numpy as np
 
 from .. import checks
 from ..blas import one_blas_thread
+from ..campaign.progress import reporting
+from ..parameters import law_of
 from ..results import Result, ResultSequence, frame
 from ..theory import detached
+from .accuracy import checked_harmonics
 
 _HALVINGS = 6  # of a change of the rig over which an event is not followed at once
 _SYMMETRIC = ("inner", "outer", "hysteresis", "merger", "split", "exchange")  # how their events are called
@@ -116,31 +119,41 @@ class ConvergedScenario(ResultSequence):
         return tuple(result)
 
     @one_blas_thread
-    def over(self, name, values):
+    def over(self, name, values, *, progress=False):
         """The `EventCurves` of these events as one number of the rig changes.
 
         Parameters
         ----------
         name : str
-            A field of the parameters.
+            A number among the fields of the parameters.
         values : (n,) array_like
             SI units, ascending. Each event is followed outwards from the rig's own value, as far as it is there; the
             birth of hysteresis, no event of the pieces, is left out.
+        progress : bool or callable
+            True shows a bar; a callable is told (events followed, events in all).
         """
         sheet = self.sheet
-        checks.one_of("name", name, tuple(one.name for one in fields(sheet.parameters)))
-        own = checks.real(name, np.mean(getattr(sheet.parameters, name)))
+        known = [one.name for one in fields(sheet.parameters) if one.metadata["allowed"] is not None or one.name == "k"]
+        name = checks.one_of("name", name, known)
+        own = float(np.mean(getattr(sheet.parameters, name)))
         values = checks.array("values", values)
+        if not (np.diff(values) > 0).all():
+            raise ValueError(f"values = {checks.shown(values)} is not allowed; expected them ascending")
+        for end in values[[0, -1]]:
+            sheet.parameters.replace(**{name: float(end)})  # refuses what no such rig may have, before any is followed
         followed_ones = [pair for pair in zip(self, self.states(), strict=True) if "hysteresis" not in pair[0].kind]
         force, frequency = (np.full((values.size, len(followed_ones)), np.nan) for _ in range(2))
-        for column, (_, state) in enumerate(followed_ones):
-            for side in (np.flatnonzero(values >= own), np.flatnonzero(values < own)[::-1]):
-                here, before = state, own
-                for i in side:
-                    here = followed_to(self._between(name, before, values[i]), here, sheet.harmonics, sheet.law)
-                    if here is None:
-                        break
-                    force[i, column], frequency[i, column], before = here.force, here.frequency, values[i]
+        sides = np.flatnonzero(values >= own), np.flatnonzero(values < own)[::-1]
+        with reporting(progress, len(followed_ones), "events") as report:
+            for column, (_, state) in enumerate(followed_ones):
+                for side in sides:
+                    here, before = state, own
+                    for i in side:
+                        here = followed_to(self._between(name, before, values[i]), here, sheet.harmonics, sheet.law)
+                        if here is None:
+                            break
+                        force[i, column], frequency[i, column], before = here.force, here.frequency, values[i]
+                report(column + 1)
         events = tuple(event for event, _ in followed_ones)
         return EventCurves(events, sheet.parameters, name, own, values, force, frequency)
 
@@ -194,6 +207,9 @@ def force_scenario(parameters, harmonics=1, law=None, *, band=None, force=None, 
     ValueError
         If an input is not allowed, or there is no single-term event that would tell band and force.
     """
+    law, harmonics, progress = law_of(parameters, law), checked_harmonics(harmonics), checks.progress(progress)
+    band = None if band is None else checks.pair("band", band, "Hz")
+    force = None if force is None else checks.pair("force", force, "N")
     single = detached.force_scenario(parameters)
     if harmonics == 1:
         return single

@@ -152,10 +152,11 @@ def shoot_orbit(parameters, force, frequency, state, law=None, *, period=1, iter
         If an input is not allowed, or the exact law is asked of a set without wires.
     """
     force, frequency = checks.positive("force", force, "N"), checks.positive("frequency", frequency, "Hz")
-    state = checks.array("state", state).copy()
+    state = checks.array("state", state, high=1e6, low=-1e6).copy()
     if state.size != 4:
         raise ValueError(f"state has {state.size} values; expected xs, x, xs', x'")
-    period, iterations = checks.integer("period", period, low=1), checks.integer("iterations", iterations, low=1)
+    period = checks.integer("period", period, low=1, high=1000)
+    iterations = checks.integer("iterations", iterations, low=1, high=1000)
     law = law_of(parameters, law)
     o = oscillator_of(parameters)
     constants = np.array([o.ms, o.ks, o.cs, o.m, o.c, *spring_of(parameters, law)])

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from .. import checks
-from ..attraction.attractors import attractors, quasi_random
+from ..attraction.attractors import affordable_states, attractors, quasi_random
 from ..blas import one_blas_thread
 from ..campaign.run import run_chunks
 from ..parameters import OscillatorParameters, RigParameters, law_of
@@ -181,11 +181,17 @@ def subharmonic_motions(
     ValueError
         If an argument is not allowed.
     """
-    law = law_of(parameters, law)
+    progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
+    law, force = law_of(parameters, law), checks.positive("force", force, "N")
+    starts, seed = checks.integer("starts", starts, low=1), checks.seed("seed", seed)
     frequency = np.arange(40.0, 110.5, 2.0) if frequency is None else frequency
     frequency = np.unique(checks.array("frequency", frequency, "Hz", low=0.0, low_open=True))
-    follow = checks.array("follow", follow, "Hz", low=0.0, low_open=True, min_size=2)
-    band = min(follow[0], 0.99 * frequency[0]), max(follow[-1], 1.01 * frequency[-1])
+    follow = checks.pair("follow", follow, "Hz")
+    shared = executor or checkpoint
+    for count, name in ((1, "starts"), (frequency.size, f"starts at {frequency.size} frequencies")):
+        states, highest = 2 * starts * count, float(frequency[-1])  # each is run twice; one frequency is not shared
+        affordable_states(name, states, parameters, highest, count > 1 and shared, at_once=starts)
+    band = min(follow[0], 0.99 * frequency[0]), max(follow[1], 1.01 * frequency[-1])
     common = {"parameters": parameters, "force": force, "law": law, "starts": starts, "seed": seed}
     chunks = [common | {"frequency": float(f)} for f in frequency]
     options = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "frequencies"}
@@ -195,7 +201,7 @@ def subharmonic_motions(
             lines = relative[: 9 * period + 1]
             motions.append(SubharmonicMotion(float(f), int(period), float(amplitude), lines, float(share)))
     families = _families(parameters, force, law, band, motions)
-    return Subharmonics(parameters, law, float(force), frequency, starts, tuple(motions), families)
+    return Subharmonics(parameters, law, force, frequency, starts, tuple(motions), families)
 
 
 _KEPT = ("period", "amplitude", "relative", "share")

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import checks
-from ..attraction.attractors import attractors
+from ..attraction.attractors import affordable_states, attractors
 from ..blas import one_blas_thread
 from ..campaign.progress import reporting
 from ..results import ResultSequence, Status, frame
@@ -100,11 +100,16 @@ def verdict(orbits, frequencies=None, *, starts=64, seed=0, progress=False):
     -------
     Verdict
     """
+    orbits = checks.instance("orbits", orbits, PeriodicOrbits, "PeriodicOrbits")
     low, high = orbits.band
+    starts, seed = checks.integer("starts", starts, low=1), checks.seed("seed", seed)
+    progress = checks.progress(progress)
     if frequencies is None:
         middles = [0.5 * sum(gap) for gap in orbits.without_stable]
         frequencies = np.sort([*np.geomspace(low, high, _FREQUENCIES + 2)[1:-1], *middles])
     frequencies = checks.array("frequencies", frequencies, "Hz", low=low, high=high)
+    count, name = starts * frequencies.size, f"starts at {frequencies.size} frequencies"
+    affordable_states(name, count, orbits.parameters, high, at_once=starts)
     members, more, lost = [], [], []
     with reporting(progress, frequencies.size, "verdict") as report:
         for number, frequency in enumerate(frequencies.tolist()):

@@ -53,10 +53,12 @@ class Evidence(Result):
     progress: object = False
 
     def __post_init__(self):
-        if not isinstance(self.rig, RigParameters):
-            raise ValueError(f"rig = {self.rig!r} is not allowed; expected RigParameters")
-        object.__setattr__(self, "force", checks.positive("force", self.force, "N"))
-        object.__setattr__(self, "frequency", checks.array("frequency", self.frequency, "Hz", low=LOWEST))
+        set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        set_field("rig", checks.instance("rig", self.rig, RigParameters, "RigParameters"))
+        for name, unit in (("force", "N"), ("rms", "N"), ("duration", "s"), ("sample_rate", "Hz")):
+            set_field(name, checks.positive(name, getattr(self, name), unit))
+        set_field("frequency", checks.array("frequency", self.frequency, "Hz", low=LOWEST))
+        set_field("progress", checks.progress(self.progress))
 
     def summary(self):
         """One line: what is run on which rig, and what has been run so far."""
@@ -130,7 +132,7 @@ class Evidence(Result):
 
     def inside(self, frequency):
         """Whether frequencies (Hz) lie on a detached curve, bool of the same shape."""
-        frequency = np.asarray(frequency, dtype=float)
+        frequency = checks.array("frequency", frequency, "Hz", ndim=None)
         return np.any([(frequency > c.low) & (frequency < c.high) for c in self.detached], axis=0) & (frequency > 0)
 
     @cached_property

@@ -6,7 +6,7 @@ from decimal import Decimal
 from html import escape
 
 from .. import checks
-from ..parameters import RigParameters
+from ..parameters import RigParameters, rig_of
 from ..results import Result, ResultSequence, frame
 from .evidence import Evidence
 from .rows import ROWS
@@ -95,6 +95,8 @@ class Ledger(ResultSequence):
 
     def count(self, kind, agrees):
         """How many rows of a kind ("number", "claim") agree so."""
+        kind = checks.one_of("kind", kind, ("number", "claim"))
+        agrees = checks.one_of("agrees", agrees, ("yes", "close", "partly", "no"))
         return sum(row.kind == kind and row.agrees == agrees for row in self)
 
     def summary(self):
@@ -107,15 +109,17 @@ class Ledger(ResultSequence):
 
     def only(self, *sections):
         """The `Ledger` of these sections alone; `ValueError` if there is no such section."""
-        for section in sections:
-            checks.one_of("section", section, tuple(dict.fromkeys(row.section for row in self)))
+        known = tuple(dict.fromkeys(row.section for row in self))
+        sections = [checks.one_of("section", section, known) for section in sections]
         return Ledger(tuple(row for row in self if row.section in sections), self.evidence)
 
     def row(self, section, item):
         """The one row of this section and item; `ValueError` if there is none."""
+        section, item = checks.text("section", section), checks.text("item", item)
         found = [row for row in self if (row.section, row.item) == (section, item)]
         if not found:
-            raise ValueError(f"row ({section!r}, {item!r}) is not in the ledger; see ledger.table()")
+            given = checks.shown((section, item))
+            raise ValueError(f"row {given} is not in the ledger; expected a section and an item of ledger.table()")
         return found[0]
 
     def table(self):
@@ -152,9 +156,11 @@ def ledger(rig=None, *, evidence=None, progress=False):
     ValueError
         If the evidence is of another rig.
     """
+    progress, rig = checks.progress(progress), None if rig is None else rig_of(rig, "rig")
     if evidence is None:
         evidence = Evidence(RigParameters() if rig is None else rig, progress=progress)
-    elif rig is not None and rig != evidence.rig:
+    evidence = checks.instance("evidence", evidence, Evidence, "Evidence")
+    if rig is not None and rig != evidence.rig:
         raise ValueError(f"evidence is of {evidence.rig!r}; expected evidence of {rig!r}")
     return Ledger(tuple(_compute(entry, evidence) for entry in ROWS), evidence)
 

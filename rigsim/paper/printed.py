@@ -53,6 +53,5 @@ def printed(section, symbol):
     ValueError
         If the paper prints no such number.
     """
-    checks.one_of("section", section, tuple(PRINTED))
-    checks.one_of("symbol", symbol, tuple(PRINTED[section]))
-    return float(PRINTED[section][symbol][0])
+    numbers = PRINTED[checks.one_of("section", section, tuple(PRINTED))]
+    return float(numbers[checks.one_of("symbol", symbol, tuple(numbers))][0])

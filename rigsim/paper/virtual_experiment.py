@@ -12,6 +12,7 @@ import numpy as np
 from .. import checks
 from ..experiment.sine_test import LOWEST, SineTest, sine_test
 from ..model.excitation import Tap
+from ..parameters import oscillator_of, rig_of
 from ..results import Result, Status
 from ..theory.amplitude import FrequencyResponse, frequency_response
 
@@ -77,9 +78,7 @@ class Overlay(Result):
 
         ``parameters`` are by default those of ``response``. `ValueError` if the band is not two ascending frequencies.
         """
-        low, high = checks.array("band", band, "Hz", low=0.0, low_open=True, min_size=2)
-        if low >= high:
-            raise ValueError(f"band = {tuple(band)} Hz is not allowed; expected its lower end first")
+        low, high = checks.pair("band", band, "Hz")
         parameters = self.response.parameters if parameters is None else parameters
         return frequency_response(parameters, self.response.force, np.linspace(low, high, 701))
 
@@ -139,8 +138,9 @@ def overlay(parameters, *tests):
     ValueError
         If there is no test, or the forces differ.
     """
+    oscillator_of(parameters)
     if not tests or not all(isinstance(test, SineTest) for test in tests):
-        raise ValueError(f"tests = {tests!r} is not allowed; expected at least one SineTest")
+        raise ValueError(f"tests = {checks.shown(tests)} is not allowed; expected at least one SineTest")
     forces = np.unique(np.concatenate([test.force for test in tests]))
     if forces.size != 1:
         raise ValueError(f"force = {forces[0]:g} to {forces[-1]:g} N in the tests; expected one force for one curve")
@@ -175,7 +175,10 @@ def virtual_experiment(rig, force, frequency, theory=None, *, duration=3.0, prog
     -------
     Overlay
     """
-    theory = rig if theory is None else theory
+    rig, theory = rig_of(rig, "rig"), rig if theory is None else theory
+    oscillator_of(theory, "theory")
+    progress, executor, _ = checks.running(progress, executor, None)
+    force, duration = checks.positive("force", force, "N"), checks.real("duration", duration, "s", low=1.0)
     frequency = checks.array("frequency", frequency, "Hz", low=LOWEST)
     run = {"progress": progress, "executor": executor}
     count = len(frequency)

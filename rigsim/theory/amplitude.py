@@ -6,11 +6,14 @@ from functools import cached_property
 import numpy as np
 
 from .. import checks
+from ..campaign.cost import affordable
 from ..parameters import OscillatorParameters, oscillator_of
 from ..results import Result, frame
 from .cubic import complex_amplitudes, solve
 from .floquet import is_stable, orbit_multipliers
 from .pieces import connected_pieces
+
+_POINT = 400  # bytes a frequency
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -99,7 +102,13 @@ def frequency_response(parameters, force, frequency):
         If an input is not allowed, or a frequency is an undamped linear resonance, where nothing is steady.
     """
     oscillator = oscillator_of(parameters)
-    frequency = checks.array("frequency", frequency, "Hz", low=0.0, low_open=True).copy()
+    force = checks.positive("force", force, "N")
+    frequency = checks.array("frequency", frequency, "Hz", low=0.0, low_open=True)
+    affordable(
+        f"frequency of {frequency.size} values", memory=_POINT * frequency.size, seconds=2e-6 * frequency.size,
+        instead="fewer frequencies",
+    )  # fmt: skip
+    frequency = frequency.copy()
     group = oscillator.nondimensional(force)
     Omega = 2 * np.pi * frequency / oscillator.omega_s
     U, count = solve(group.mu, group.zeta_s, group.zeta, group.Omega0, group.gamma, Omega)
@@ -109,4 +118,4 @@ def frequency_response(parameters, force, frequency):
     if lost.any():
         expected = "none at which the undamped linear system resonates"
         raise ValueError(f"frequency = {frequency[lost][0]:g} Hz is not allowed; expected {expected}")
-    return FrequencyResponse(oscillator, float(force), frequency, shaker, mass, relative, count)
+    return FrequencyResponse(oscillator, force, frequency, shaker, mass, relative, count)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import checks
 from ..parameters import oscillator_of
 from ..results import ResultSequence, frame
 from .cubic import complex_amplitudes, dynamic_stiffness, fold_levels
@@ -223,9 +224,10 @@ def folds(parameters, force):
     ValueError
         If an input is not allowed, or the shaker is undamped.
     """
+    force = checks.positive("force", force, "N")
     places = _fold_places(parameters, force)
     if not places:
-        return Folds((), parameters, float(force))
+        return Folds((), parameters, force)
     frequency, names, X = zip(*places, strict=True)
     group = parameters.nondimensional(force)
     U = []  # of the merging solutions
@@ -235,7 +237,7 @@ def folds(parameters, force):
     unit = force / parameters.oscillator.ks
     motion = [(unit * values).tolist() for values in complex_amplitudes(group, np.sqrt(X), np.array(U))]
     members = tuple(Fold(*values) for values in zip(frequency, names, *motion, strict=True))
-    return Folds(members, parameters, float(force))
+    return Folds(members, parameters, force)
 
 
 def jump_frequencies(parameters, force):
@@ -257,10 +259,11 @@ def detached_curves(parameters, force):
     parameters, force
         See `folds`, for what is raised, too.
     """
+    force = checks.positive("force", force, "N")
     places = _fold_places(parameters, force, wanted=operator.eq)
     pairs = zip(places[::2], places[1::2], strict=True)
     members = tuple(DetachedCurve(interval_kind(kind, kind), low, high) for (low, kind, _), (high, _, _) in pairs)
-    return DetachedCurves(members, parameters, float(force))
+    return DetachedCurves(members, parameters, force)
 
 
 def force_scenario(parameters):

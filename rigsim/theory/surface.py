@@ -73,24 +73,17 @@ def response_surface(
         If an input is not allowed, or the spring has no cubic part.
     """
     oscillator = oscillator_of(parameters)
-    forces = _span("forces", forces, "N")
-    band = _span("band", band, "Hz")
+    forces, band = checks.pair("forces", forces, "N"), checks.pair("band", band, "Hz")
     force = checks.real("force", force, "N", low=forces[0], high=forces[1])
-    checks.one_of("quantity", quantity, ("relative", "mass", "shaker"))
+    quantity = checks.one_of("quantity", quantity, ("relative", "mass", "shaker"))
     resolution = checks.integer("resolution", resolution, low=8, high=2000)
-    checks.positive("k3", oscillator.k3, "N/m^3")
-    checks.positive("cs", oscillator.cs, "N s/m")
+    for name, unit in (("k3", "N/m^3"), ("cs", "N s/m")):
+        if getattr(oscillator, name) == 0:
+            raise ValueError(f"{name} = 0 {unit} is not allowed here; expected one above 0 {unit}")
     frequency = np.linspace(*band, resolution)
     layers, lines = _sheet(oscillator, frequency, forces, quantity, resolution)
     response = frequency_response(oscillator, force, np.linspace(*band, 4 * resolution))
     return ResponseSurface(forces, band, quantity, frequency, layers, lines, response)
-
-
-def _span(name, values, unit):
-    low, high = checks.array(name, values, unit, low=0.0, low_open=True, min_size=2)[:2]
-    if len(values) != 2 or not low < high:
-        raise ValueError(f"{name} = {tuple(values)} is not allowed; expected two numbers, ascending")
-    return float(low), float(high)
 
 
 def _sheet(oscillator, frequency, forces, quantity, points):

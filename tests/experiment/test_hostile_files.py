@@ -445,7 +445,7 @@ def test_a_file_that_changes_meanwhile_is_told_and_one_that_vanishes_is_read(tmp
 def test_a_file_that_cannot_be_read_is_one_line(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"No such file or directory: '.*none.nc'"):
         Record.load(tmp_path / "none.nc")
-    with pytest.raises(ValueError, match="null byte"):
+    with pytest.raises(ValueError, match="mi.*ne.csv"):
         Record.load("mi\0ne.csv")
 
 

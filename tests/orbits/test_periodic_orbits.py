@@ -172,7 +172,7 @@ def test_an_orbit_that_is_roughly_known_is_continued(branches):
     [
         ({"force": 0.0}, "force = 0 N is not allowed"),
         ({"force": -1.0}, "force = -1 N"),
-        ({"band": (80, 5)}, "band = .80.0, 5.0. Hz"),
+        ({"band": (80, 5)}, "band = .80, 5. Hz"),
         ({"band": (5, 5)}, "band"),
         ({"band": (0, 5)}, "band"),
         ({"harmonics": 0}, "harmonics = 0"),

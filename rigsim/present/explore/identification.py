@@ -4,6 +4,7 @@ from html import escape
 
 import numpy as np
 
+from ... import checks
 from ...experiment.random_test import random_test
 from ...identification.identify import identify
 from ..figures.rig_parts import SETS, only_rigs
@@ -36,7 +37,9 @@ def identification_panel(parameters=PAPERS_RIG, rms=1.115, duration=30.0, seed=2
     ValueError
         If the parameters are not a rig's.
     """
-    only_rigs([parameters])
+    (parameters,) = only_rigs([parameters])
+    rms, duration = checks.positive("rms", rms, "N"), checks.real("duration", duration, "s", low=1.0, high=1e4)
+    seed = checks.seed("seed", seed)
     controls = {
         "rms": slider("force [N rms]", rms, 0.05, 4.0, 0.005, 3),
         "stretch": stretch_slider(parameters),

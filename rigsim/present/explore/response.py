@@ -1,5 +1,6 @@
 """Panel: the frequency response and its detached curves, over force, wire tension, mass and damping."""
 
+from ... import checks
 from ..figures.rig_parts import only_rigs
 from ..figures.style import style, subplots
 from .controls import PAPERS_RIG, changed, choice, reset_label, slider, stretch_slider
@@ -28,7 +29,8 @@ def response_panel(parameters=PAPERS_RIG, force=3.18, quantity="relative"):
     ValueError
         If the parameters are not a rig's.
     """
-    only_rigs([parameters])
+    (parameters,), force = only_rigs([parameters]), checks.positive("force", force, "N")
+    quantity = checks.one_of("quantity", quantity, [value for _, value in _QUANTITIES])
     controls = {
         "force": slider("force F [N]", force, 0.05, 8.0, 0.01, 2),
         "stretch": stretch_slider(parameters),

@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from ... import checks
 from ...model.planar import linear_modes, static_equilibrium
 from ..figures.rig_parts import SETS, only_rigs, rig_parts
 from ..figures.style import BLACK, BLUE, GREY, RED, SKY, style, subplots
 from .controls import PAPERS_RIG, changed, choice, offset_slider, reset_label, sets_choice, slider, stretch_slider
 from .live import LivePanel
 
+_EXAGGERATIONS = (1, 10, 100, 1000)
 _TEST_BAND = (10.0, 80.0)  # Hz, the paper's
 _LARGEST_DRAWN = np.radians(45)
 _OUTLINES = {
@@ -46,7 +48,7 @@ def rig_panel(parameters=PAPERS_RIG, exaggeration=10):
     ValueError
         If the parameters are not a rig's.
     """
-    only_rigs([parameters])
+    (parameters,), exaggeration = only_rigs([parameters]), checks.one_of("exaggeration", exaggeration, _EXAGGERATIONS)
     two = parameters.double_set()
     share = 100 * (two.set_positions[1] / two.replace(set_half_spacing=None).set_positions[1])
     controls = {
@@ -55,7 +57,7 @@ def rig_panel(parameters=PAPERS_RIG, exaggeration=10):
         "offset": offset_slider(parameters),
         "spacing": slider("set spacing [% of widest]", share, 0.0, 100.0, 1.0, 0),
         "gravity": slider("gravity [m/s²]", parameters.gravity, 0.0, 20.0, 0.01, 2),
-        "exaggeration": choice("tilt drawn", [(f"× {n}", n) for n in (1, 10, 100, 1000)], exaggeration),
+        "exaggeration": choice("tilt drawn", [(f"× {n}", n) for n in _EXAGGERATIONS], exaggeration),
     }
     with style():
         figure, axes = subplots(alt="Side view of the rig at rest", width=7.6, height=4.6)

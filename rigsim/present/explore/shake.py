@@ -5,6 +5,7 @@ from html import escape
 
 import numpy as np
 
+from ... import checks
 from ...experiment.sine_test import sine_test
 from ...model.excitation import Tap
 from ...paper.virtual_experiment import BRANCHES, overlay, trial_name
@@ -37,7 +38,8 @@ def shake_panel(parameters=PAPERS_RIG, force=3.18, frequency=30.0):
     ValueError
         If the parameters are not a rig's.
     """
-    only_rigs([parameters])
+    (parameters,), force = only_rigs([parameters]), checks.positive("force", force, "N")
+    frequency = checks.real("frequency", frequency, "Hz", low=BAND[0], high=BAND[1])
     controls = {
         "frequency": slider("frequency f [Hz]", frequency, *BAND, 0.1, 1),
         "force": slider("force F [N]", force, 0.05, 8.0, 0.01, 2),

@@ -6,7 +6,10 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from .style import BLACK, MOTIONS, OTHERS, as_tuple, legend, style, subplots
+from ... import checks
+from ...attraction.integrity import Integrity
+from ...attraction.taps import SmallestTap
+from .style import BLACK, MOTIONS, OTHERS, legend, style, subplots
 
 _MARKERS = "osD^vP*X"
 
@@ -84,7 +87,7 @@ def tap_map_figure(result, *, ax=None, smallest=()):
     ``smallest``, a `SmallestTap` or a sequence of them, are marked.
     """
     flow, names = result.attractors.flow, result.attractors.names
-    marked = as_tuple(smallest)
+    marked = checks.one_or_many("smallest", smallest, SmallestTap, "a SmallestTap")
     reached = "; ".join(f"{name} by {100 * result.reached(i).mean():.1f} per cent" for i, name in enumerate(names))
     alt = (
         f"Map of taps on the motion {names[result.motion]} {_where(flow)}: velocity of the tap in metres a second "
@@ -123,7 +126,7 @@ def integrity_figure(result, *, ax=None, beside=()):
 
     ``beside``, an `Integrity` or a sequence of them, adds further motions.
     """
-    results = [result, *as_tuple(beside)]
+    results = [result, *checks.one_or_many("beside", beside, Integrity, "an Integrity")]
     told = "; ".join(
         f"{one.branch} from {1e3 * np.nanmin(one.radius):.3g} to {1e3 * np.nanmax(one.radius):.3g} millimetres"
         for one in results

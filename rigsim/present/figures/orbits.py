@@ -4,8 +4,25 @@ import itertools
 
 import numpy as np
 
+from ... import checks
 from ...orbits.branches import OrbitBranch
-from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, RIG, SKY, as_tuple, in_runs, legend, panels, style, subplots
+from ...theory.amplitude import FrequencyResponse
+from .style import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    RIG,
+    SKY,
+    circles_of,
+    in_runs,
+    legend,
+    panels,
+    style,
+    subplots,
+)  # fmt: skip
 
 _COLORS = (BLUE, GREEN, PURPLE, SKY)
 _MARKS = {
@@ -29,13 +46,16 @@ def orbits_figure(result, *, ax=None, beside=(), circles=None, circles_label="mu
         Frequency (Hz), shaker, mass and relative amplitudes (m, complex or real) drawn as circles.
     circles_label : str
     """
+    beside = checks.one_or_many("beside", beside, FrequencyResponse, "a FrequencyResponse")
+    circles = None if circles is None else circles_of(circles)
+    circles_label = checks.text("circles_label", circles_label)
     branches = (result,) if isinstance(result, OrbitBranch) else tuple(result)
     if not branches:
         raise ValueError("result holds no branches; expected at least one")
     with style():
         figure, axes = subplots(3, 1, alt=_alt(branches), ax=ax, height=8.6, sharex=True)
         for number, (name, one) in enumerate(panels(axes)):
-            for theory in as_tuple(beside):
+            for theory in beside:
                 for piece in theory.pieces:
                     height = 1e3 * abs(getattr(piece, name))
                     one.plot(piece.frequency, height, color=GREY, linewidth=0.9, label="single-term theory")

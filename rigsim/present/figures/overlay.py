@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...paper.virtual_experiment import BRANCHES
+from ...parameters import oscillator_of
 from ...results import Status
 from .response import frequency_response_figure
 from .style import BLACK, MOTIONS, PANELS, legend, marks, outer_labels, style, subplots
@@ -36,6 +37,7 @@ def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
     ValueError
         If the band is not two ascending frequencies.
     """
+    nominal = None if nominal is None else oscillator_of(nominal, "nominal")
     theory = overlay.theory(band)
     beside = () if nominal is None else overlay.theory(band, nominal)
     low, high = theory.frequency[[0, -1]]

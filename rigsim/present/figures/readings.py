@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from .style import BLACK, BLUE, GREEN, ORANGE, as_tuple, style, subplots
+from ... import checks
+from ...identification.identify import Identification
+from .style import BLACK, BLUE, GREEN, ORANGE, style, subplots
 
 _LOOKS = {
     "force": {"color": GREEN, "linestyle": "-"},
@@ -23,7 +25,7 @@ def readings_figure(identification, *, ax=None, beside=()):
     ValueError
         If two are by the same reading, or none is by the right one.
     """
-    identifications = (identification, *as_tuple(beside))
+    identifications = identification, *checks.one_or_many("beside", beside, Identification, "an Identification")
     by_reading = {each.conversion: each for each in identifications}
     if len(by_reading) != len(identifications) or "force" not in by_reading:
         listed = ", ".join(each.conversion for each in identifications)

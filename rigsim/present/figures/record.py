@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ... import checks
 from .style import BLUE, GREEN, GREY, ORANGE, RED, outer_labels, style, subplots
 
 _COLOURS = {"force": GREY, "shaker": BLUE, "mass": ORANGE, "relative": GREEN, "tilt": RED}  # from top to bottom
@@ -19,7 +20,7 @@ def record_figure(record, *, ax=None, interval=None):
         If the interval holds fewer than two samples.
     """
     time = record.time
-    low, high = (time[0], time[-1]) if interval is None else interval
+    low, high = (time[0], time[-1]) if interval is None else checks.pair("interval", interval, "s", low_open=False)
     shown = (time >= low) & (time <= high)
     if shown.sum() < 2:
         expected = f"two samples of 0 to {time[-1]:g} s"

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from .style import BLUE, GREY, ORANGE, PURPLE, SKY, as_tuple, in_runs, legend, outer_labels, panels, style, subplots
+from ... import checks
+from ...theory.amplitude import FrequencyResponse
+from .style import BLUE, GREY, ORANGE, PURPLE, SKY, in_runs, legend, outer_labels, panels, style, subplots
 
 _SHADES = {"inner": ORANGE, "outer": PURPLE, "hysteresis": SKY}
 
@@ -32,11 +34,14 @@ def frequency_response_figure(
     ValueError
         If the shaker is undamped, since curves cannot then be joined.
     """
+    beside = checks.one_or_many("beside", beside, FrequencyResponse, "a FrequencyResponse")
+    label, key = checks.text("label", label), checks.flag("key", key)
+    beside_label = None if beside_label is None else checks.text("beside_label", beside_label)
     with style():
         figure, axes = subplots(3, 1, alt=_response_alt(result), ax=ax, height=8.2, sharex=True)
         low, high = result.frequency.min(), result.frequency.max()
         for name, one in panels(axes):
-            for other in as_tuple(beside):
+            for other in beside:
                 _curves(one, other, name, GREY, beside_label, linewidth=1.0)
             _shade(one, result, name)
             _curves(one, result, name, BLUE, label)
@@ -102,6 +107,8 @@ def force_scenario_figure(result, *, ax=None, force=None, band=(5.0, 120.0)):
     """
     if not result:
         raise ValueError("k3 = 0 N/m^3 is not allowed here; expected cubic stiffness, for else nothing happens")
+    band = checks.pair("band", band, "Hz", low_open=False)
+    force = None if force is None else checks.positive("force", force, "N")
     listing = "; ".join(f"{event.kind} at {event.force:.3g} N and {event.frequency:.3g} Hz" for event in result)
     alt = f"Regions with three solutions over frequency (hertz) and force (newtons, logarithmic). Events: {listing}."
     with style():

@@ -34,10 +34,10 @@ def rig_figure(result, *, ax=None, beside=(), exaggeration=1.0, titles=None):
     rigs = only_rigs(getattr(one, "parameters", one) for one in drawn)
     at = [getattr(one, "coordinates", rest_position(p)) for one, p in zip(drawn, rigs, strict=True)]
     titles = [f"{SETS[p.wire_sets].capitalize()} ({_PAPER[p.wire_sets]})" for p in rigs] if titles is None else titles
-    titles = (titles,) if isinstance(titles, str) else tuple(titles)
+    titles = checks.one_or_many("titles", titles, str, "text")
     if len(titles) != len(rigs):
         raise ValueError(f"titles has {len(titles)} elements for {len(rigs)} rigs; expected one a rig")
-    exaggeration = checks.positive("exaggeration", exaggeration)
+    exaggeration = checks.real("exaggeration", exaggeration, low=0.0, high=1e6, low_open=True)
     words = [_rig_words(p, q) for p, q in zip(rigs, at, strict=True)]
     alt = "Side view of the rig to scale. " + " ".join(words)
     several = len(rigs) > 1

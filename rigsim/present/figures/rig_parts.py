@@ -14,7 +14,7 @@ def only_rigs(rigs):
     rigs = tuple(rigs)
     for p in rigs:
         if not isinstance(p, RigParameters):
-            raise ValueError(f"parameters = {p!r} has no shape to draw; expected RigParameters")
+            raise ValueError(f"parameters = {checks.shown(p)} has no shape to draw; expected RigParameters")
     return rigs
 
 
@@ -40,7 +40,7 @@ def rig_parts(parameters, coordinates, exaggeration=1.0):
         are pinned), "P" and "G" points; "ground", shape (n, 2), stands still.
     """
     coordinates = np.asarray(coordinates, dtype=float)
-    exaggeration = checks.positive("exaggeration", exaggeration)
+    exaggeration = checks.real("exaggeration", exaggeration, low=0.0, high=1e6, low_open=True)
     xs, X, Y, tilt = np.moveaxis(coordinates, -1, 0)
     P = np.stack([X - parameters.LG * np.cos(tilt), Y - parameters.LG * np.sin(tilt)], axis=-1)[..., None, :]
     cos, sin = np.cos(exaggeration * tilt)[..., None], np.sin(exaggeration * tilt)[..., None]

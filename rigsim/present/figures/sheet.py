@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ... import checks
 from ...design.variation import quantity
 from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, in_runs, legend, log_scale, style, subplots
 
@@ -26,6 +27,7 @@ def sheet_figure(result, *, ax=None, force=None):
     force : float, optional
         A force (N) to be marked, as of a test.
     """
+    force = None if force is None else checks.positive("force", force, "N")
     sheet = getattr(result, "sheet", result)
     events = tuple(result) if sheet is not result else sheet.events
     listing = "; ".join(f"{event.kind} at {event.force:.4g} N and {event.frequency:.4g} Hz" for event in events)
@@ -67,7 +69,9 @@ def sheet_amplitude_figure(result, *, ax=None, forces=None):
         N; by default seven over the sheet's range.
     """
     low, high = result.force
-    forces = np.geomspace(low, high, 9)[1:-1] if forces is None else np.atleast_1d(forces)
+    if forces is None:
+        forces = np.geomspace(low, high, 9)[1:-1]
+    forces = checks.array("forces", forces, "N", low=low, high=high)
     told = ", ".join(f"{force:.3g}" for force in forces)
     alt = (
         "Amplitude of the relative displacement in millimetres, logarithmic, over frequency in hertz: response curves "
@@ -113,6 +117,7 @@ def event_curves_figure(result, *, ax=None, force=None):
     force : float, optional
         A force (N) to be marked.
     """
+    force = None if force is None else checks.positive("force", force, "N")
     names = ", ".join(event.kind for event in result.events)
     alt = f"Forces in newtons, logarithmic, over {result.name}, at which these events happen: {names}."
     colors = (SKY, BLUE, GREEN, ORANGE, RED, PURPLE, "k")

@@ -3,8 +3,9 @@
 import numpy as np
 
 from ... import checks
+from ...experiment.sine_test import SineTest
 from .rig_parts import SETS
-from .style import BLACK, ORANGE, as_tuple, legend, outer_labels, style, subplots
+from .style import BLACK, ORANGE, legend, outer_labels, style, subplots
 
 
 def spectrum_figure(test, *, ax=None, indices=0, beside=(), highest=4.0):
@@ -28,10 +29,12 @@ def spectrum_figure(test, *, ax=None, indices=0, beside=(), highest=4.0):
     ValueError
         If there is no index or no such point, or ``highest`` is not above zero.
     """
-    highest = checks.positive("highest", highest)
-    shown = [(each, i) for each in (test, *as_tuple(beside)) for i in np.atleast_1d(indices)]
-    if not shown:
+    highest = checks.real("highest", highest, low=0.0, high=1e6, low_open=True)
+    beside = checks.one_or_many("beside", beside, SineTest, "a SineTest")
+    if np.size(indices) == 0:
         raise ValueError("indices is empty; expected at least one")
+    indices = checks.integers("indices", indices, low=0)
+    shown = [(each, i) for each in (test, *beside) for i in indices]
     records = [each.record(i) for each, i in shown]
     alt = "Amplitude spectra of relative displacement and tilt. " + " ".join(_words(each, i) for each, i in shown)
     with style():

@@ -16,6 +16,8 @@ from matplotlib.backends.registry import BackendFilter, backend_registry
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from ... import checks
+
 # Okabe and Ito's colours survive colour blindness; line style and marker carry the meaning in grey print.
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#000000",
@@ -126,6 +128,17 @@ def subplots(rows=1, columns=1, *, alt, ax=None, width=7.5, height=None, **optio
     if options.get("squeeze", True):
         grid = grid.squeeze()[()]  # as Matplotlib does: one axes, a row or a grid
     return handed[0].figure, grid
+
+
+def circles_of(circles):
+    """Frequency (Hz), shaker, mass and relative amplitudes (m) of a user's points: four rows of equal length."""
+    if not isinstance(circles, (list, tuple)) or len(circles) != 4:
+        raise ValueError(f"circles = {checks.shown(circles)} is not allowed; expected four arrays of one length")
+    rows = [checks.lines(f"circles[{i}]", row, finite=False) for i, row in enumerate(circles)]
+    if len({row.size for row in rows}) != 1:
+        sizes = ", ".join(str(row.size) for row in rows)
+        raise ValueError(f"circles have {sizes} elements; expected four arrays of one length")
+    return (rows[0].real, *rows[1:])
 
 
 def as_tuple(beside):

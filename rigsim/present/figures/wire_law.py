@@ -27,9 +27,7 @@ def wire_law_figure(parameters, *, ax=None, reached=None, largest=5e-3):
         f"Right: error of the cubic law, which grows with z to {error[-1]:.2g} %."
     )
     if reached is not None:
-        reached = checks.array("reached", reached, "m", low=0.0, low_open=True, min_size=2)
-        if reached.size != 2 or reached[0] >= reached[1]:
-            raise ValueError(f"reached = {reached} m is not allowed; expected the least and the largest amplitude of z")
+        reached = np.array(checks.pair("reached", reached, "m"))
         worst = 100 * float(cubic_law_error(reached[1], parameters))
         alt += (
             f" The test reaches amplitudes of z from {1e3 * reached[0]:.2g} to {1e3 * reached[1]:.3g} mm, "

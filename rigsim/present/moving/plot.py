@@ -47,12 +47,12 @@ class Curve:
     color: str | None = None
 
     def __post_init__(self):
-        checks.one_of("kind", self.kind, tuple(KINDS))
+        kind = checks.one_of("kind", self.kind, tuple(KINDS))
         x, y = (np.asarray(values, dtype=float).ravel() for values in (self.x, self.y))
         if x.size != y.size:
             raise ValueError(f"a curve has {x.size} x and {y.size} y; expected the same number")
         color = self.color or (BLACK if self.kind in ("point", "dot") else BLUE)
-        for name, value in (("x", x), ("y", y), ("color", color)):
+        for name, value in (("kind", kind), ("x", x), ("y", y), ("color", color)):
             object.__setattr__(self, name, value)
 
 
@@ -132,21 +132,24 @@ class MovingPlot:
         self, name, values, unit, panels, *, alt, notes=None, caption="", start=0, seconds=None, digits=3,
         width=7.5, height=None, columns=3,
     ):  # fmt: skip
-        self.name, self.unit, self.alt, self.caption = name, unit, alt, caption
+        given = {"name": name, "unit": unit, "alt": alt, "caption": caption}
+        self.name, self.unit, self.alt, self.caption = (checks.text(*one) for one in given.items())
         self.values = checks.array(name, values, unit)
-        self.panels = (panels,) if isinstance(panels, Panel) else tuple(panels)
+        self.panels = tuple(checks.one_or_many("panels", panels, Panel, "a Panel"))
         count = self.values.size
         if not self.panels:
             raise ValueError("panels is empty; expected at least one Panel")
         for panel in self.panels:
             if len(panel.curves) != count:
                 raise ValueError(f"a panel has {len(panel.curves)} lists of curves; expected {count}, one a value")
-        self.notes = tuple(notes) if notes is not None else ("",) * count
+        self.notes = ("",) * count if notes is None else tuple(checks.one_or_many("notes", notes, str, "text"))
         if len(self.notes) != count:
             raise ValueError(f"notes has {len(self.notes)} sentences; expected {count}, one a value")
         self.start = checks.integer("start", start, low=0, high=count - 1)
         self.seconds = None if seconds is None else checks.positive("seconds", seconds, "s")
-        self.digits = checks.integer("digits", digits, low=1)
+        self.digits = checks.integer("digits", digits, low=1, high=15)
+        width = checks.real("width", width, "inches", low=1.0, high=100.0)
+        height = None if height is None else checks.real("height", height, "inches", low=1.0, high=100.0)
         self._size = {"width": width, "height": height}
         self._columns = min(checks.integer("columns", columns, low=1), len(self.panels))
 

@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from ..figures.style import BLACK, BLUE, GREY, ORANGE, PANELS, PURPLE
+from ... import checks
+from ...orbits.branches import PeriodicOrbits
+from ...theory.amplitude import FrequencyResponse
+from ..figures.style import BLACK, BLUE, GREY, ORANGE, PANELS, PURPLE, circles_of
 from .plot import Curve, MovingPlot, Panel
 
 _COLORS = {"main": BLUE, "inner": ORANGE, "outer": PURPLE, "detached": ORANGE, "asymmetric": PURPLE}
@@ -45,7 +48,14 @@ def response_slider(name, values, unit, responses, *, alt=None, beside=None, cir
     >>> response_slider("Force", forces, "N", responses)  # doctest: +SKIP
     MovingPlot(Force: 29 values from 1.00 N to 8.00 N)
     """
-    responses = tuple(responses)
+    kinds = FrequencyResponse, PeriodicOrbits
+    responses = tuple(checks.one_or_many("responses", responses, kinds, "FrequencyResponse or PeriodicOrbits"))
+    if not responses:
+        raise ValueError("responses is empty; expected one for each value")
+    name, unit = checks.text("name", name), checks.text("unit", unit)
+    values = checks.array(name, values, unit)
+    beside = None if beside is None else checks.instance("beside", beside, kinds, "FrequencyResponse or PeriodicOrbits")
+    circles = None if circles is None else circles_of(circles)
     reach = np.concatenate([piece.frequency for response in responses for _, piece in _pieces(response)])
     low, high = float(reach.min()), float(reach.max())
     notes = [_note(response) for response in responses]

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ... import checks
+from ...experiment.record import Record
 from ..figures.rig_parts import SETS, only_rigs, rig_parts
 from ..figures.style import BLACK, BLUE, GREY, RED, as_tuple
 from .plot import Curve, Panel
@@ -45,7 +46,7 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
     start, stop : float
         Part of the records that is shown (s); by default all of it.
     frames : int
-        Pictures; the record is interpolated between its samples.
+        Pictures, 2 to 5000; the record is interpolated between its samples.
     exaggeration : float
         The tilt is drawn this many times as large, and the caption says so.
     seconds : float
@@ -61,14 +62,15 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
         If the parameters are not a rig's, a record has no tilt, the instants lie outside it, ``channel`` is
         neither, or there are not as many records or titles as rigs.
     """
-    rigs, records = only_rigs(as_tuple(parameters)), as_tuple(record)
-    titles = [SETS[p.wire_sets].capitalize() for p in rigs] if titles is None else as_tuple(titles)
+    rigs, records = only_rigs(as_tuple(parameters)), checks.one_or_many("record", record, Record, "a Record")
+    titles = [SETS[p.wire_sets].capitalize() for p in rigs] if titles is None else titles
+    titles, seconds = checks.one_or_many("titles", titles, str, "text"), checks.positive("seconds", seconds, "s")
     for name, given in (("record", records), ("titles", titles)):
         if len(given) != len(rigs) or not rigs:
             raise ValueError(f"{name} has {len(given)} elements for {len(rigs)} rigs; expected one a rig, at least one")
-    exaggeration = checks.positive("exaggeration", exaggeration)
-    checks.one_of("channel", channel, tuple(_CHANNELS))
-    motions = [rig_motion(p, record, start, stop, frames) for p, record in zip(rigs, records, strict=True)]
+    exaggeration = checks.real("exaggeration", exaggeration, low=0.0, high=1e6, low_open=True)
+    channel = checks.one_of("channel", channel, tuple(_CHANNELS))
+    motions = [rig_motion(p, each, start, stop, frames) for p, each in zip(rigs, records, strict=True)]
     time = motions[0][0]
     shapes = [
         [Shape(parts[name], *look) for name, *look in _SHAPES]
@@ -134,7 +136,7 @@ def rig_motion(parameters, record, start=0.0, stop=None, frames=48):
     last = record.time[-1]
     start = checks.real("start", start, "s", low=0.0, high=last)
     stop = checks.real("stop", last if stop is None else stop, "s", low=start, high=last, low_open=True)
-    frames = checks.integer("frames", frames, low=2)
+    frames = checks.integer("frames", frames, low=2, high=5000)  # a page holds them all
     time = np.linspace(start, stop, frames)
     xs, x, tilt = (np.interp(time, record.time, channel) for channel in (record.shaker, record.mass, record.tilt))
     LG = parameters.LG

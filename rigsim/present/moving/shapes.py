@@ -84,6 +84,7 @@ def animate(
     """
     time = checks.array("time", time, "s", min_size=2)
     first = drawing(shapes, time.size, title, xlim, ylim)
+    seconds = checks.positive("seconds", seconds, "s")
     slower = seconds / (time[-1] - time[0])
     caption = f"{caption} Played {float(f'{slower:.2g}'):g} times slower than real time.".strip()
     return MovingPlot(

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ... import checks
+from ...attraction.taps import TapMap
 from ..figures.basins import motion_colors
 from ..figures.style import BLACK
 from .plot import Curve, MovingPlot, Panel
@@ -24,7 +26,7 @@ def tap_slider(taps, instant=0.0, *, velocity=None, periods=24, **options):
     velocity : (n,) array_like, optional
         Sizes (m/s); by default 33 from zero to the map's largest.
     periods : int
-        Shown after the tap.
+        Shown after the tap, 1 to 1000.
     **options
         ``start``, ``caption``, ``digits``, ``width`` and ``height`` of `MovingPlot`.
 
@@ -37,8 +39,11 @@ def tap_slider(taps, instant=0.0, *, velocity=None, periods=24, **options):
     ValueError
         If an argument is not allowed.
     """
+    taps = checks.instance("taps", taps, TapMap, "a TapMap")
+    periods = checks.integer("periods", periods, low=1, high=1000)  # a page holds them all
     found, names = taps.attractors, taps.attractors.names
-    velocity = np.linspace(0, taps.velocity.max(), 33) if velocity is None else np.asarray(velocity, dtype=float)
+    velocity = np.linspace(0, taps.velocity.max(), 33) if velocity is None else velocity
+    velocity = checks.array("velocity", velocity, "m/s")
     label, paths = taps.paths(instant, velocity, periods, _SAMPLES)
     colors = motion_colors(found)
     time = np.arange(periods * _SAMPLES) / _SAMPLES
