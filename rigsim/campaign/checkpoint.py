@@ -155,7 +155,7 @@ class Checkpoint:
                 if self._database is None:
                     self._open()
                 return call(*arguments)
-            except (sqlite3.Error, Damaged, MemoryError) as error:
+            except (sqlite3.Error, Damaged, MemoryError, UnicodeDecodeError) as error:
                 code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT)
                 if code & 0xFF in _BUSY and time.monotonic() < patience:
                     look()

@@ -311,7 +311,7 @@ def campaign(*arguments, **options):
 @pytest.mark.parametrize("pool", ["none", "processes"])
 def test_two_processes_share_the_work(tmp_path, pool):
     log = tmp_path / "log"
-    arguments = tmp_path / "a.sqlite", 0.05, log, 40, pool
+    arguments = "run", tmp_path / "a.sqlite", 0.05, log, 40, pool
     both = [campaign(*arguments), campaign(*arguments)]
     for process in both:
         assert json.loads(process.communicate(timeout=60)[0]) == {"right": True}
@@ -321,7 +321,7 @@ def test_two_processes_share_the_work(tmp_path, pool):
 @posix
 def test_what_a_killed_process_had_in_hand_is_taken_over(tmp_path):
     log = tmp_path / "log"
-    arguments = tmp_path / "a.sqlite", 0.3, log, 12, "none"
+    arguments = "run", tmp_path / "a.sqlite", 0.3, log, 12, "none"
     killed, other = campaign(*arguments), campaign(*arguments)
     deadline = time.monotonic() + 60
     while not log.exists() and time.monotonic() < deadline:
@@ -331,3 +331,22 @@ def test_what_a_killed_process_had_in_hand_is_taken_over(tmp_path):
     killed.communicate()
     done = sorted(map(int, log.read_text().split()))
     assert set(done) == set(range(12)) and len(done) <= 13
+
+
+@pytest.mark.full
+@posix
+def test_a_hundred_kills_and_a_hundred_cancels_lose_nothing(tmp_path, tell):
+    said = []
+    for how, times in (("SIGKILL", 50), ("SIGINT", 25), ("SIGTERM", 25)):
+        for pool in ("none", "processes"):
+            process = campaign("end", how, times, tmp_path / f"{how}-{pool}.sqlite", pool, 3)
+            found = json.loads(process.communicate(timeout=120)[0])
+            assert found["right"] and process.returncode == 0
+            assert not found["left"] and found["slowest"] < 2 and found["kept"] >= times // 4, (
+                "too little was done to be lost"
+            )
+            said.append(
+                f"{times} by {how} ({pool}: {found['kept']} chunks kept, the slowest end {found['slowest']:.2f} s)"
+            )
+    tell(f"campaigns ended at random instants, nothing lost, same bits: {'; '.join(said)}")
+    assert not [name for name in os.listdir(tmp_path) if not name.endswith(".sqlite")]

@@ -1,6 +1,9 @@
 """The same chunks give the same bits, whoever runs them, interrupted or not."""
 
+import contextlib
+import json
 import os
+import random
 import shutil
 import signal
 import sqlite3
@@ -17,9 +20,9 @@ import rigsim
 from rigsim import OscillatorParameters, RigParameters
 from rigsim.campaign import code
 from rigsim.campaign.checkpoint import fingerprint
-from rigsim.campaign.packing import unpack
 from rigsim.campaign.progress import reporting
 from rigsim.campaign.run import join, run_chunks, split
+from tests.campaign import campaigns
 
 POINTS = np.linspace(0.1, 3.0, 37)
 CHUNKS = [POINTS[part] for part in split(POINTS.size, 5)]
@@ -199,59 +202,72 @@ def test_progress_forms(capsys):
         pass
 
 
-_CAMPAIGN = """
-import sys, time
-import numpy as np
-from rigsim.campaign.run import run_chunks
+def mortal(chunk):
+    """Work that ends its process: at chunk 3, for good or, where a file is named, once."""
+    number, mark = chunk
+    if number == 3 and not (mark and os.path.exists(mark)):
+        if mark:
+            Path(mark).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"value": np.random.default_rng(number).normal(size=50)}
 
-def slow(chunk):
-    time.sleep(0.02)
-    return {"value": np.random.default_rng(chunk).normal(size=1000)}
 
-def run(file):
-    return run_chunks(slow, range(100), checkpoint=file)
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+@pytest.mark.parametrize("checkpoint", [None, "campaign.sqlite"])
+def test_a_killed_worker_loses_nothing(tmp_path, checkpoint):
+    chunks, file = [(number, str(tmp_path / "mark")) for number in range(12)], checkpoint and tmp_path / checkpoint
+    with ProcessPoolExecutor(2) as executor:
+        results = run_chunks(mortal, chunks, executor=executor, checkpoint=file)
+    assert (tmp_path / "mark").exists(), "nobody was killed"
+    assert [result["value"].tobytes() for result in results] == [
+        np.random.default_rng(number).normal(size=50).tobytes() for number in range(12)
+    ]
 
-if __name__ == "__main__":
-    run(sys.argv[1])
-"""
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+def test_a_chunk_that_ends_every_process_is_named_and_the_rest_is_kept(tmp_path):
+    chunks, file = [(number, None) for number in range(8)], tmp_path / "campaign.sqlite"
+    with ProcessPoolExecutor(2) as executor, pytest.raises(RuntimeError, match=r"chunk 3 \(of 8\) ends the process"):
+        run_chunks(mortal, chunks, executor=executor, checkpoint=file)
+    with contextlib.closing(sqlite3.connect(file)) as database:
+        assert {0, 1, 2} <= {number for (number,) in database.execute("SELECT number FROM chunk")}
+
+
+_DAY = [sys.executable, str(Path(campaigns.__file__)), "run"]
 
 
 @pytest.mark.full
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
-def test_survives_being_killed_at_any_time(tmp_path):
-    """Killed five times at odd moments, a campaign still ends with the bits of one that was left alone."""
-    script, file = tmp_path / "killed_campaign.py", tmp_path / "campaign.sqlite"
-    script.write_text(_CAMPAIGN)
+def test_a_cluster_with_a_killed_worker_gives_the_same_bits(tmp_path):
+    pytest.importorskip("distributed")
+    settings = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), *sys.path])}
+    command = [*_DAY, str(tmp_path / "a.sqlite"), "0.1", "", "60", "cluster"]
+    done = subprocess.run(command, env=settings, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1]) == {"right": True}
+
+
+@pytest.mark.soak
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+def test_a_day_of_campaign_in_small(tmp_path, tell):
+    """10 000 chunks in a pool, ten kills and one damaged chunk: the bits of a campaign that was left alone."""
+    file, chance, kept = tmp_path / "day.sqlite", random.Random(7), 0
+    command = [*_DAY, str(file), "0.002", "", "10000", "processes"]
     settings = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
-    finished = 0
-    for pause in (0.05, 0.13, 0.31, 0.07, 0.2):
-        process = subprocess.Popen([sys.executable, script, file], env=settings)
+    for _ in range(10):
+        process = subprocess.Popen(command, env=settings, start_new_session=True)
         deadline = time.monotonic() + 60
-        while _count(file) <= finished and time.monotonic() < deadline:
-            time.sleep(0.01)
-        time.sleep(pause)
-        process.send_signal(signal.SIGKILL)
-        assert process.wait() == -signal.SIGKILL, "it ended before it could be killed"
-        assert _count(file) > finished
-        finished = _count(file)
-    subprocess.run([sys.executable, script, file], env=settings, check=True)
-    with sqlite3.connect(file) as database:
-        assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
-        rows = database.execute("SELECT number, form, arrays FROM chunk").fetchall()
-    database.close()
-    assert [number for number, _, _ in rows] == list(range(100))
-    for number, form, content in rows:
-        value = unpack(form, content)["value"]
-        assert value.tobytes() == np.random.default_rng(number).normal(size=1000).tobytes()
-
-
-def _count(file):
-    """Chunks in the file as another process sees it; 0 before it is one."""
-    try:
-        database = sqlite3.connect(f"file:{file}?mode=rw", uri=True)
-        try:
-            return database.execute("SELECT count(*) FROM chunk").fetchone()[0]
-        finally:
-            database.close()
-    except sqlite3.OperationalError:
-        return 0
+        while len(campaigns.kept(file)) < kept + 50 and time.monotonic() < deadline:
+            time.sleep(0.2)
+        time.sleep(chance.uniform(0, 0.5))
+        os.killpg(process.pid, signal.SIGKILL)
+        assert process.wait() == -signal.SIGKILL
+        assert len(campaigns.kept(file)) > kept
+        kept = len(campaigns.kept(file))
+    with contextlib.closing(sqlite3.connect(file)) as database, database:
+        database.execute("UPDATE chunk SET arrays = zeroblob(length(arrays)) WHERE number = 17")
+    done = subprocess.run(command, env=settings, capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout) == {"right": True}
+    assert done.stderr.count("is damaged: chunk 17 is computed again") == 1
+    assert campaigns.kept(file) == set(range(10000))
+    tell(f"10 000 chunks with ten kills ({kept} were kept by then) and one damaged chunk: the same bits")

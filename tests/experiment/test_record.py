@@ -1,6 +1,10 @@
 """`Record`: checks at construction, and files that give back the same bits."""
 
+import errno
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -219,19 +223,81 @@ def test_unknown_suffix(tmp_path):
         Record.load(tmp_path / "record.npy")
 
 
-def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
-    path = tmp_path / "record.csv"
+@pytest.mark.parametrize("suffix", [".csv", ".nc"])
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch, suffix):
+    path = tmp_path / f"record{suffix}"
     small().save(path)
     before = path.read_bytes()
 
-    def broken(*args, **options):
-        raise OSError("disk full")
+    def broken(self, *args, **options):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "a name that nobody gave")
 
-    monkeypatch.setattr(np, "savetxt", broken)
-    with pytest.raises(OSError, match="disk full"):
+    monkeypatch.setattr(os, "replace", broken)
+    with pytest.raises(OSError, match=rf"the record cannot be written: No space left on device: '{path}'"):
         small(sample_rate=1).save(path)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == [path.name]
+
+
+_FULL_DISK = """
+import resource, signal, sys
+import numpy as np
+from rigsim import Record
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+try:
+    Record(*np.ones((3, 5000)), 2000.0).save(sys.argv[1])
+except OSError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits the size of files")
+@pytest.mark.parametrize("suffix", [".csv", ".nc"])
+def test_a_full_disk_leaves_nothing(tmp_path, suffix):
+    command = [sys.executable, "-c", _FULL_DISK, str(tmp_path / f"record{suffix}")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
+    assert done.returncode == 0, done.stderr
+    assert f"record{suffix}" in done.stdout and done.stdout.count("\n") == 1
+    assert os.listdir(tmp_path) == []
+
+
+def test_where_nothing_can_be_written_is_one_line(tmp_path):
+    (tmp_path / "folder.csv").mkdir()
+    for path, message in (
+        (tmp_path / "folder.csv", "folder.csv cannot be replaced"),
+        (tmp_path / "none" / "record.csv", r"the record cannot be written: No such file or directory: '.*none.*csv'"),
+    ):
+        with pytest.raises(OSError, match=message) as caught:
+            small().save(path)
+        assert "\n" not in str(caught.value)
+    assert os.listdir(tmp_path) == ["folder.csv"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs links and permissions")
+def test_links_and_permissions_stay(tmp_path):
+    target, link, long = tmp_path / "target.csv", tmp_path / "link.csv", tmp_path / f"{'a' * 246}.csv"
+    link.symlink_to(target)
+    small().save(link)
+    target.chmod(0o640)
+    small(seed=4).save(link)
+    assert link.is_symlink() and Record.load(target).seed == 4 and target.stat().st_mode & 0o777 == 0o640
+    small().save(long)
+    assert sorted(os.listdir(tmp_path)) == sorted([target.name, link.name, long.name])
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(OSError, match="pipe.csv cannot be replaced"):
+        small().save(tmp_path / "pipe.csv")
+
+
+@pytest.mark.parametrize("lines", [1, 7, 25])
+def test_a_cut_csv_is_noticed(tmp_path, lines):
+    path = tmp_path / "record.csv"
+    small().save(path)
+    whole = path.read_text()
+    for cut in ("".join(whole.splitlines(keepends=True)[:-lines]), whole[: -1 - lines], whole[:-1]):
+        path.write_text(cut)
+        with pytest.raises(ValueError, match="expected 50, as the file|cut off|columns|cannot be read as a record"):
+            Record.load(path)
 
 
 def test_spectrum_gives_lines_their_heights():

@@ -29,8 +29,8 @@ def allowed(size):
 
 
 def seconds(size):
-    """How long reading a file of ``size`` bytes may take (s)."""
-    return 8 + size / 20e6
+    """How long a processor may work at reading a file of ``size`` bytes (s); it may take three times as long."""
+    return 2 + size / 20e6
 
 
 def write(file, details, channels):
@@ -81,7 +81,7 @@ def _child(path, file, size):
                 ready = process.stdout.readline(_HEADER)
             if ready != b"ready\n":
                 raise OSError(f"{path} cannot be read: another Python with h5py does not start")
-            with _within(seconds(size), process, late):
+            with _within(3 * seconds(size), process, late):
                 yield process.stdout
         except ValueError:
             if not late:

@@ -1,6 +1,6 @@
 """A program that reads the variables of one netCDF 4 file; `netcdf.read` runs it, and says why in a process of its own.
 
-The file is its standard input. Its arguments are the bytes that samples may take, the seconds that reading may take and
+The file is its standard input. Its arguments are the bytes that samples may take, the seconds that it may compute and
 the names of the variables that are wanted. To standard output go a line when it is ready, then a line of JSON,
 ``{"details": text, "channels": [[name, samples, unit], ...]}`` or ``{"error": text}``, then the samples as float64.
 Before data are read, everything that says where and how many they are is held against the file: what stands in other
@@ -9,6 +9,7 @@ files, was never written or is more than the file can hold is refused.
 
 import io
 import json
+import math
 import os
 import sys
 
@@ -177,7 +178,7 @@ def limit(most, seconds):
     free = os.dup(0)
     os.close(free)
     used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-    limits = {"RLIMIT_NOFILE": free, "RLIMIT_CORE": 0, "RLIMIT_CPU": int(used + seconds) + 1}
+    limits = {"RLIMIT_NOFILE": free, "RLIMIT_CORE": 0, "RLIMIT_CPU": math.ceil(used + seconds)}
     try:
         with open("/proc/self/statm") as file:
             pages = int(file.read().split()[0])
@@ -202,23 +203,28 @@ def rehearse():
         contents(file, 32, ["force"])
 
 
-def main(most, seconds, *names):
-    """Answer on standard output."""
-    answer = sys.stdout.buffer
-    rehearse()
-    answer.write(b"ready\n")
-    answer.flush()
+def answer(file, out, most, names):
+    """Write the header to ``out``, then the samples; whatever happens, a header."""
     try:
-        limit(int(most), float(seconds))
-        with Whole(io.FileIO(0, closefd=False)) as file:
-            details, channels = contents(file, int(most), names)
+        details, channels = contents(file, most, names)
         header = {"details": details, "channels": [[name, samples.size, unit] for name, samples, unit in channels]}
     except BaseException as error:
         channels, header = [], {"error": " ".join(f"{error or type(error).__name__}".split())[:400]}
-    answer.write(json.dumps(header).encode() + b"\n")
+    out.write(json.dumps(header).encode() + b"\n")
     for _, samples, _ in channels:
-        answer.write(samples)
-    answer.flush()
+        out.write(samples)
+
+
+def main(most, seconds, *names):
+    """Say when all is loaded, then answer, on standard output."""
+    out = sys.stdout.buffer
+    rehearse()
+    out.write(b"ready\n")
+    out.flush()
+    limit(int(most), float(seconds))
+    with Whole(io.FileIO(0, closefd=False)) as file:
+        answer(file, out, int(most), names)
+    out.flush()
 
 
 if __name__ == "__main__":
