@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import textwrap
+import time
 import tomllib
 from pathlib import Path
 
@@ -474,3 +475,41 @@ def test_a_folder_of_the_same_name_does_not_hide_the_package(tmp_path):
     code = "from rigsim import RigParameters; print(RigParameters().k1)"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=variables, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+CELLS = {
+    "sleeps": "time.sleep(300)",
+    "swallows": "while True:\n    try:\n        time.sleep(300)\n    except BaseException:\n        pass",
+    "compiled": "sum(range(10**12))",
+}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows ends a process without a signal it could answer")
+@pytest.mark.parametrize(
+    ("cell", "number"),
+    [
+        ("swallows", signal.SIGINT),
+        pytest.param("sleeps", signal.SIGTERM, marks=pytest.mark.full),
+        pytest.param("compiled", signal.SIGHUP, marks=pytest.mark.full),
+    ],
+)
+def test_a_cancelled_report_is_gone_within_two_seconds(tmp_path, cell, number):
+    shutil.copytree(ROOT / "rigsim", tmp_path / "rigsim", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "notebooks").mkdir()
+    begun = tmp_path / "begun"
+    code = f"import os, time\nopen({str(begun)!r}, 'w').write(str(os.getpid()))\n{CELLS[cell]}"
+    nbformat.write(new_notebook(cells=[new_code_cell(code)]), tmp_path / "notebooks" / "01_long.ipynb")
+    settings = {**os.environ, environment.VARIABLE: "current"}
+    command = [sys.executable, "-m", "rigsim", "report"]
+    with subprocess.Popen(command, cwd=tmp_path, env=settings, stderr=subprocess.PIPE, text=True) as process:
+        for _ in range(1200):
+            if begun.exists() and begun.read_text():
+                break
+            time.sleep(0.05)
+        sent = time.monotonic()
+        process.send_signal(number)
+        _, said = process.communicate(timeout=20)
+    assert time.monotonic() - sent < 2 and process.returncode == (1 if number == signal.SIGINT else 128 + number)
+    assert said.splitlines()[-1].startswith("rigsim: interrupted; no page was written; 'report 01_long' makes the rest")
+    assert not Path(f"/proc/{begun.read_text()}").exists()
+    assert [path.name for path in (tmp_path / "reports").iterdir()] == ["index.html"]
