@@ -44,7 +44,7 @@ def main(argv=None):
 
 def _stopped(stop):
     """Say what is kept, and how to go on; return the exit status."""
-    kept = getattr(stop, "__notes__", ["give the same command again to start afresh"])
+    kept = [*getattr(stop, "__notes__", []), "give the same command again to start afresh"]
     with contextlib.suppress(OSError):  # where the terminal is gone
         newline = "\n" if sys.stderr.isatty() else ""  # after the terminal's ^C
         print(f"{newline}rigsim: interrupted; {'; '.join(kept)}", file=sys.stderr, flush=True)
@@ -114,6 +114,10 @@ def _report(args):
         *_, index = build_reports(args.names, NOTEBOOKS, args.output, progress=True)
     except (ReportError, ValueError) as error:
         print(f"rigsim: {error}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        what = f"{error.filename} cannot be written: {error.strerror}" if error.filename else error
+        print(f"rigsim: {what}; pages of before are as they were", file=sys.stderr)
         return 1
     print(f"rigsim: the reports are ready ({time.monotonic() - begun:.0f} s): open {index}")
     return 0

@@ -253,9 +253,10 @@ def _run(command, root, say, settings=None):
     log = root / ".venv.log"
     with log.open("ab") as output:
         start = output.tell()
+        # It inherits that the folder is in use: should this process be killed, nobody removes it under the other.
         process = subprocess.Popen(
             command, cwd=str(root), env=dict(settings or _clean(), PYTHONUNBUFFERED="1"), stdin=subprocess.DEVNULL,
-            stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
+            stdout=output, stderr=subprocess.STDOUT, start_new_session=True, close_fds=False,
         )  # fmt: skip
         try:
             while True:

@@ -3,6 +3,7 @@
 Standard library only until something has to be swept up, and readable by an old Python, like `rigsim.environment`.
 """
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -11,7 +12,7 @@ import threading
 import uuid
 
 MARK = "RIGSIM_COMMAND"  # in the environment of what a command starts: who has it belongs to that command
-_ASKED, _TOLD, _LIMIT = 0.7, 0.5, 1.8  # s that what is stopped has to end by itself, when told, and in all
+_ASKED, _TOLD, _LIMIT = 0.6, 0.4, 1.5  # s that what is stopped has to end by itself, when told, and in all
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
@@ -28,6 +29,7 @@ class listening:
     """While this lasts, the first signal raises `Stopped` and the process ends soon, whatever it is busy with."""
 
     def __enter__(self):
+        self.stopped = None
         self.mark, self.outer = uuid.uuid4().hex, os.environ.get(MARK)
         os.environ[MARK] = " ".join(filter(None, [self.outer, self.mark]))  # a command in a command is both's
         self.before = {number: signal.getsignal(number) for number in _SIGNALS}
@@ -39,22 +41,27 @@ class listening:
     def __exit__(self, *_):
         for number, handler in self.before.items():
             signal.signal(number, handler)
+        if self.stopped is not None:  # all is said: no time for what else a long-lived interpreter would take down
+            self._end()
         del os.environ[MARK]
         if self.outer:
             os.environ[MARK] = self.outer
 
     def _stop(self, number, _):
+        self.stopped = Stopped(number)
         for other in _SIGNALS:
             signal.signal(other, signal.SIG_IGN)  # what follows takes no longer for being asked twice
-        stopped = Stopped(number)
-        last = threading.Timer(_LIMIT, self._give_up, [stopped.status])
+        last = threading.Timer(_LIMIT, self._end)
         last.daemon = True
         last.start()
-        raise stopped
+        raise self.stopped
 
-    def _give_up(self, status):
-        sweep(self.mark)
-        os._exit(status)
+    def _end(self):
+        sweep(self.mark, spare=True)
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError, AttributeError):  # where the terminal is gone
+                stream.flush()
+        os._exit(self.stopped.status)
 
 
 def call(command, folder, defaults=None, spare=False):

@@ -2,12 +2,15 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import socket
 import subprocess
 import sys
 import textwrap
+import time
+import tomllib
 from pathlib import Path
 
 import nbformat
@@ -15,10 +18,11 @@ import pytest
 from nbformat.v4 import new_code_cell, new_notebook
 
 from rigsim import __main__ as commands
-from rigsim import environment
+from rigsim import environment, places, stopping
 
 ROOT = Path(__file__).parents[1]
 COMMANDS = ("report", "test", "lab", "bench")
+FRONT = ("__init__.py", "__main__.py", "environment.py", "places.py", "stopping.py")
 
 
 def run(folder, *arguments, begin="", **settings):
@@ -43,12 +47,16 @@ def one_line(done, *words):
 
 @pytest.fixture
 def tree(tmp_path):
+    return small_tree(tmp_path / "tree")
+
+
+def small_tree(root):
     """A source tree whose environment needs nothing but pip."""
-    root = tmp_path / "tree"
     (root / "rigsim").mkdir(parents=True)
-    for name in ("__init__.py", "__main__.py", "environment.py"):
+    for name in FRONT:
         shutil.copy(ROOT / "rigsim" / name, root / "rigsim")
     (root / "environment.txt").write_text("# nothing\n")
+    (root / "environment.lock").write_text("# part: base\n# part: test\n# part: browser\n")
     (root / "pyproject.toml").write_text(
         '[project]\nname = "rigsim"\noptional-dependencies = {test = [], browser = []}\n'
     )
@@ -84,7 +92,7 @@ def test_too_old_a_python(tree):
 def test_front_door_can_be_read_by_an_old_python():
     import ast
 
-    for name in ("__init__.py", "__main__.py", "environment.py"):
+    for name in FRONT:
         ast.parse((ROOT / "rigsim" / name).read_text(encoding="utf-8"), feature_version=(3, 6))
 
 
@@ -101,13 +109,20 @@ def closed_port():
         return probe.getsockname()[1]
 
 
+def pin(tree, package, digest="0" * 64):
+    (tree / "environment.txt").write_text(f"{package}\n")
+    lock = f"# part: base\n{package} --hash=sha256:{digest}\n# part: test\n# part: browser\n"
+    (tree / "environment.lock").write_text(lock)
+
+
 def test_no_network(tree):
-    (tree / "environment.txt").write_text("rigsim-no-such-package==1.0\n")
+    pin(tree, "rigsim-no-such-package==1.0")
     nowhere = f"http://127.0.0.1:{closed_port()}/simple"
     settings = {"PIP_CONFIG_FILE": os.devnull, "PIP_INDEX_URL": nowhere, "PIP_RETRIES": "0", "PIP_FIND_LINKS": ""}
     done = run(tree, "report", **settings)
-    one_line(done, "no connection", "check the network", "setup.log")
-    assert "rigsim-no-such-package" in (tree / ".venv" / "setup.log").read_text()
+    one_line(done, "no connection", "check the network", ".venv.log")
+    assert "rigsim-no-such-package" in (tree / ".venv.log").read_text()
+    assert not list(tree.glob(".venv-*")), "nothing half made stays"
 
 
 def test_other_failures_show_the_decisive_line(tmp_path):
@@ -122,18 +137,16 @@ def test_other_failures_show_the_decisive_line(tmp_path):
 def test_environment_is_made_once_and_again_when_half_made(tree):
     first = run(tree, "bench", "a", "b")
     assert first.returncode == 0, first.stderr
-    assert first.stdout.split() == ["ran", "with", str(tree / ".venv"), "a", "b"]
+    place = (tree / ".venv").resolve()
+    assert first.stdout.split() == ["ran", "with", str(place), "a", "b"] and place.parent == tree
     assert "making .venv" in first.stderr
     again = run(tree, "bench")
     assert again.returncode == 0 and not again.stderr
 
-    python = str(tree / ".venv" / "bin" / "python")
-    assert environment._installed(tree, python) == {"base"}
-    shutil.rmtree(next((tree / ".venv").glob("lib/python*/site-packages/pip")))
-    assert not environment._installed(tree, python)
+    shutil.rmtree(next((tree / ".venv").glob("lib/python*/site-packages/pip/_internal")))
     rebuilt = run(tree, "bench")
     assert rebuilt.returncode == 0 and "making .venv" in rebuilt.stderr
-    assert environment._installed(tree, python) == {"base"}
+    assert not place.exists() and str((tree / ".venv").resolve()) in rebuilt.stdout
 
 
 def test_setup_compiles_what_the_notebooks_use(tree):
@@ -141,7 +154,7 @@ def test_setup_compiles_what_the_notebooks_use(tree):
     (tree / "rigsim" / "first_use.py").write_text("import sys\nopen('compiled', 'w').write(sys.prefix)\n")
     done = run(tree, "bench")
     assert done.returncode == 0 and "compiling what the notebooks use" in done.stderr
-    assert (tree / "compiled").read_text() == str(tree / ".venv")
+    assert (tree / "compiled").read_text() == str((tree / ".venv").resolve())
     (tree / "environment.txt").write_text("# nothing more\n")
     (tree / "rigsim" / "first_use.py").write_text("raise ValueError('half written')\n")
     done = run(tree, "bench")
@@ -155,18 +168,21 @@ def quick(monkeypatch):
     """Setups of no duration: the commands that would have run."""
     calls = []
 
-    def pretend(command, root, log, say):
+    def pretend(command, root, say, settings=None):
         calls.append(command)
-        python = root / ".venv" / "bin" / "python"
-        python.parent.mkdir(exist_ok=True)
-        python.touch()
+        if command[1:3] == ["-m", "venv"]:
+            python = Path(command[-1], "bin", "python")
+            python.parent.mkdir()
+            python.touch()
+            (python.parents[1] / "lib" / "python3.x" / "site-packages").mkdir(parents=True)
 
     monkeypatch.setattr(environment, "_run", pretend)
+    monkeypatch.setattr(environment, "_reach", lambda place: {})
     return calls
 
 
 @pytest.mark.parametrize(
-    "damage", ["no stamp", "no python", "torn stamp", "only a folder", "a file", "pins", "project", "moved"]
+    "damage", ["no stamp", "no python", "torn stamp", "only a folder", "a file", "pins", "lock", "project", "moved"]
 )
 def test_stale_environment_is_made_again(tree, quick, damage):
     environment.prepare(tree)
@@ -174,6 +190,8 @@ def test_stale_environment_is_made_again(tree, quick, damage):
     environment.prepare(tree)
     assert len(quick) == 2, "a finished one is left alone"
     venv, stamp = tree / ".venv", tree / ".venv" / "rigsim-stamp.json"
+    place = venv.resolve()
+    places._let_go(place)  # else this process would count as using it
     if damage == "no stamp":
         stamp.unlink()
     elif damage == "no python":
@@ -181,22 +199,26 @@ def test_stale_environment_is_made_again(tree, quick, damage):
     elif damage == "torn stamp":
         stamp.write_text(stamp.read_text()[:20])
     elif damage in ("only a folder", "a file"):
-        shutil.rmtree(venv)
+        venv.unlink()
         venv.mkdir() if damage == "only a folder" else venv.touch()
     elif damage == "moved":
         tree = tree.rename(tree.with_name("elsewhere"))
     else:
-        (tree / {"pins": "environment.txt", "project": "pyproject.toml"}[damage]).open("a").write("# changed\n")
-    environment.prepare(tree)
-    assert len(quick) == 4
-    environment.prepare(tree)
-    assert len(quick) == 4
+        (tree / {"pins": "environment.txt", "lock": "environment.lock", "project": "pyproject.toml"}[damage]).open(
+            "a"
+        ).write("# changed\n")
+    python = environment.prepare(tree)
+    assert len(quick) == 4 and not place.exists()
+    assert environment.prepare(tree) == python and len(quick) == 4
+    assert Path(python).parents[1] == (tree / ".venv").resolve()
+    kept = [found.name for found in tree.glob(".venv-before-*")]
+    assert len(kept) == (damage in ("a file", "only a folder")), "what was not ours stays, under another name"
 
 
 def test_interrupted_setup_says_so_and_is_repeated(tree, quick):
     stop = "import rigsim.environment as e\ndef stop(*_): raise KeyboardInterrupt\ne._run = stop"
     one_line(run(tree, "bench", begin=stop), "interrupted", "again")
-    assert (tree / ".venv").exists()
+    assert not list(tree.glob(".venv-*"))
     environment.prepare(tree)
     assert len(quick) == 2
 
@@ -204,8 +226,8 @@ def test_interrupted_setup_says_so_and_is_repeated(tree, quick):
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
 def test_second_setup_waits_for_the_first(tree):
     """Two commands at once make one environment; a killed one does not block the other."""
-    hold = "import sys, time\nfrom pathlib import Path\nfrom rigsim.environment import _lock\n"
-    hold += "with _lock(Path('.').resolve()):\n    print('held', flush=True)\n    time.sleep(%d)\n"
+    hold = "import sys, time\nfrom pathlib import Path\nfrom rigsim.places import lock\n"
+    hold += "with lock(Path('.').resolve()):\n    print('held', flush=True)\n    time.sleep(%d)\n"
     first = subprocess.Popen([sys.executable, "-c", hold % 100], cwd=tree, stdout=subprocess.PIPE)
     assert first.stdout.readline() == b"held\n"
     second = subprocess.Popen(
@@ -219,16 +241,95 @@ def test_second_setup_waits_for_the_first(tree):
     assert second.returncode == 0 and output == "held\n"
 
 
-def test_extras_are_added_to_a_finished_environment(tree, quick):
-    (tree / "pyproject.toml").write_text('[project]\noptional-dependencies = {test = ["pytest==1"], browser = []}\n')
-    environment.prepare(tree)
+def test_extras_are_added_to_a_finished_environment(tree, quick, monkeypatch):
+    (tree / "environment.lock").write_text("# part: base\n# part: test\npytest==1 --hash=sha256:0\n# part: browser\n")
+    python = environment.prepare(tree)
+
+    def fail(*_):
+        raise environment.SetupError("no connection")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(environment, "_run", fail)
+        with pytest.raises(environment.SetupError, match="no connection; .venv stays as it was"):
+            environment.prepare(tree, ["test"])
+    assert environment.prepare(tree) == python and len(quick) == 2
     environment.prepare(tree, ["test"])
     environment.prepare(tree, ["test"])
-    environment.prepare(tree)
+    assert environment.prepare(tree) == python
     venv, base, extra = quick
-    assert venv[1:3] == ["-m", "venv"] and base[-2:] == ["-r", "environment.txt"] and extra[-1] == "pytest==1"
-    assert "-r" not in extra
+    assert venv[1:3] == ["-m", "venv"]
+    for command in (base, extra):
+        assert {"--require-hashes", "--no-deps", "--only-binary"} <= set(command)
+    assert Path(extra[-1]).read_text() == "pytest==1 --hash=sha256:0\n"
     assert json.loads((tree / ".venv" / "rigsim-stamp.json").read_text())["parts"] == ["base", "test"]
+    with pytest.raises(environment.SetupError, match="no part dreams"):
+        environment.prepare(tree, ["dreams"])
+
+
+def test_an_environment_in_use_stays_until_nobody_uses_it(tree, quick):
+    first = Path(environment.prepare(tree)).parents[1]
+    code = "import sys, time\nfrom pathlib import Path\nfrom rigsim import places\n"
+    code += f"places._hold(Path({str(first)!r}))\nprint('held', flush=True)\ntime.sleep(100)"
+    with subprocess.Popen([sys.executable, "-c", code], cwd=tree, stdout=subprocess.PIPE) as user:
+        assert user.stdout.readline() == b"held\n"
+        places._let_go(first)
+        for changes in (1, 2):
+            (tree / "environment.txt").open("a").write("# changed\n")
+            environment.prepare(tree)
+            assert first.exists() and len(list(tree.glob(".venv-*"))) == 2, changes
+        user.kill()
+    (tree / "environment.txt").open("a").write("# changed\n")
+    environment.prepare(tree)
+    assert len(list(tree.glob(".venv-*"))) == 1 and not first.exists()
+
+
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="only Linux tells who runs from a folder")
+def test_the_folder_of_an_earlier_version_is_taken_over_once_nobody_runs_from_it(tree, quick):
+    old = tree / ".venv"
+    (old / "bin").mkdir(parents=True)
+    (old / "setup.log").touch()
+    os.symlink("/bin/sleep", old / "bin" / "python")
+    with subprocess.Popen([str(old / "bin" / "python"), "100"]) as runs:
+        python = environment.prepare(tree)
+        assert (old / "setup.log").exists() and not old.is_symlink()
+        assert environment.prepare(tree) == python and len(quick) == 2, "found without the link"
+        runs.kill()
+    (tree / "environment.txt").open("a").write("# changed\n")
+    python = environment.prepare(tree)
+    assert Path(python).parents[1] == old.resolve() and old.is_symlink()
+    assert len(list(tree.glob(".venv-*"))) == 1
+
+
+def test_finished_but_not_linked_is_found(tree, quick, monkeypatch):
+    """As after a kill between the two."""
+    with monkeypatch.context() as killed:
+        killed.setattr(places, "link", lambda *_: None)
+        python = environment.prepare(tree)
+    assert not (tree / ".venv").exists()
+    assert environment.prepare(tree) == python and len(quick) == 2
+
+
+def lock_parts():
+    """Name and version of what the lock holds, by part, and the hashes of each."""
+    held = {}
+    for piece in (ROOT / "environment.lock").read_text(encoding="utf-8").split("# part: ")[1:]:
+        part, _, text = piece.partition("\n")
+        for item in re.split(r"\n(?=\S)", text.strip()):
+            held.setdefault(part, {})[environment._name(item)] = re.findall(r"--hash=sha256:([0-9a-f]{64})\b", item)
+    return held
+
+
+def test_the_lock_holds_every_pin_with_hashes_and_nothing_else():
+    held = lock_parts()
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    base = {environment._name(item) for item in environment._pins(ROOT) if item != "-e ."}
+    assert set(held["base"]) == base and {"pip", "setuptools"} <= {name for name, _ in base}
+    for part in ("test", "browser"):
+        assert set(held[part]) == {environment._name(item) for item in extras[part]} - base
+    assert set(held) == {"base", "test", "browser"}
+    assert all(hashes for part in held.values() for hashes in part.values())
+    assert "://" not in (ROOT / "environment.lock").read_text()
+    assert environment._read_lock(ROOT).keys() == held.keys()
 
 
 def test_own_environment(tree):
@@ -306,7 +407,7 @@ def test_notebooks_go_by_name_or_number(tmp_path, monkeypatch):
 def called(monkeypatch):
     """Commands that would have run, and with which settings of their own."""
     calls = []
-    monkeypatch.setattr(commands, "_call", lambda command, folder, defaults: calls.append((command, defaults)) or 3)
+    monkeypatch.setattr(stopping, "call", lambda command, folder, defaults: calls.append((command, defaults)) or 3)
     monkeypatch.setattr(environment, "enter", lambda extras: calls.append(extras))
     return calls
 
@@ -331,7 +432,7 @@ def test_a_setting_of_the_users_own_is_kept(monkeypatch):
         monkeypatch.setenv("OPENBLAS_NUM_THREADS", said) if said else monkeypatch.delenv(
             "OPENBLAS_NUM_THREADS", raising=False
         )
-        assert commands._call([sys.executable, "-c", show], ".", {"OPENBLAS_NUM_THREADS": "1"}) == wanted
+        assert stopping.call([sys.executable, "-c", show], ".", {"OPENBLAS_NUM_THREADS": "1"}) == wanted
 
 
 def test_report_errors_are_lines(monkeypatch, capsys, tmp_path):
@@ -356,7 +457,8 @@ def test_who_stops_a_command_stops_what_it_started():
     sleeper = "import os, time; print(os.getpid(), flush=True); time.sleep(60)"
     code = (
         "import sys\nfrom rigsim import __main__ as commands, environment\nenvironment.enter = lambda extras: None\n"
-        f"commands._lab = lambda *_: commands._call([sys.executable, '-c', {sleeper!r}], '.')\ncommands.main(['lab'])"
+        f"commands._lab = lambda *_: commands.stopping.call([sys.executable, '-c', {sleeper!r}], '.')\n"
+        "commands.main(['lab'])"
     )
     with subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
         started = int(process.stdout.readline())
@@ -373,3 +475,41 @@ def test_a_folder_of_the_same_name_does_not_hide_the_package(tmp_path):
     code = "from rigsim import RigParameters; print(RigParameters().k1)"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=variables, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+CELLS = {
+    "sleeps": "time.sleep(300)",
+    "swallows": "while True:\n    try:\n        time.sleep(300)\n    except BaseException:\n        pass",
+    "compiled": "sum(range(10**12))",
+}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows ends a process without a signal it could answer")
+@pytest.mark.parametrize(
+    ("cell", "number"),
+    [
+        ("swallows", signal.SIGINT),
+        pytest.param("sleeps", signal.SIGTERM, marks=pytest.mark.full),
+        pytest.param("compiled", signal.SIGHUP, marks=pytest.mark.full),
+    ],
+)
+def test_a_cancelled_report_is_gone_within_two_seconds(tmp_path, cell, number):
+    shutil.copytree(ROOT / "rigsim", tmp_path / "rigsim", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "notebooks").mkdir()
+    begun = tmp_path / "begun"
+    code = f"import os, time\nopen({str(begun)!r}, 'w').write(str(os.getpid()))\n{CELLS[cell]}"
+    nbformat.write(new_notebook(cells=[new_code_cell(code)]), tmp_path / "notebooks" / "01_long.ipynb")
+    settings = {**os.environ, environment.VARIABLE: "current"}
+    command = [sys.executable, "-m", "rigsim", "report"]
+    with subprocess.Popen(command, cwd=tmp_path, env=settings, stderr=subprocess.PIPE, text=True) as process:
+        for _ in range(1200):
+            if begun.exists() and begun.read_text():
+                break
+            time.sleep(0.05)
+        sent = time.monotonic()
+        process.send_signal(number)
+        _, said = process.communicate(timeout=20)
+    assert time.monotonic() - sent < 2 and process.returncode == (1 if number == signal.SIGINT else 128 + number)
+    assert said.splitlines()[-1].startswith("rigsim: interrupted; no page was written; 'report 01_long' makes the rest")
+    assert not Path(f"/proc/{begun.read_text()}").exists()
+    assert [path.name for path in (tmp_path / "reports").iterdir()] == ["index.html"]

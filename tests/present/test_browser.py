@@ -106,6 +106,22 @@ def test_index_is_sound_and_leads_to_the_pages(browser, small_reports):
     context.close()
 
 
+def test_policy_stops_what_is_not_the_pages_own(browser, small_reports, tmp_path):
+    """The rest of this file sees that nothing of a page's own is stopped."""
+    text = (small_reports / "01_first.html").read_text(encoding="utf-8")
+    let_in = "<script>window.ran = 1</script><img src=x onerror='window.ran = 2'><img src='http://127.0.0.1:9/x.png'>"
+    (tmp_path / "page.html").write_text(text.replace("</main>", f"{let_in}</main>"), encoding="utf-8")
+    context = browser.new_context()
+    page = context.new_page()
+    stopped, complaints = [], []
+    page.on("requestfailed", lambda request: stopped.append(request.failure))
+    page.on("console", lambda message: complaints.append(message.text))
+    page.goto((tmp_path / "page.html").as_uri())
+    assert page.evaluate("window.ran") is None and stopped == ["csp", "csp"]
+    assert sum("Content Security Policy" in line for line in complaints) == 4
+    context.close()
+
+
 def test_maths_is_set(browser, small_reports):
     with opened(browser, small_reports / "01_first.html") as page:
         boxes = page.locator("math").evaluate_all("all => all.map(one => one.getBoundingClientRect().height)")

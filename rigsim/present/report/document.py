@@ -42,7 +42,7 @@ class Document:
     def markdown(self, source, attachments=None):
         """A cell's text as HTML."""
         html = MarkdownWithMath(_Renderer(self, attachments), block=_Blocks()).render(source)
-        return self.accessible_tables(html)
+        return self.accessible_tables(_without_scripts(html))
 
     def accessible_tables(self, html):
         """Name the scope of header cells, and let a wide table scroll in a box of its own.
@@ -150,8 +150,13 @@ class _Renderer(IPythonRenderer):
         if level == 1 and not self.document.title:
             self.document.title = plain
         elif level == 2:
-            self.document.headings.append((name, text))
+            self.document.headings.append((name, _without_scripts(text)))
         return f'<h{level} id="{escape(name, quote=True)}">{text}</h{level}>\n'
+
+
+def _without_scripts(html):
+    """Text runs nothing, as in JupyterLab: only what code has shown may."""
+    return re.sub(r"<(?=/?script\b)", "&lt;", html, flags=re.IGNORECASE)
 
 
 def preformatted(text):

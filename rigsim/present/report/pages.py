@@ -1,9 +1,11 @@
 """Whole pages: a notebook's, and the index of all."""
 
+import os
 import re
 import sys
 from datetime import datetime
 from importlib.metadata import version
+from urllib.parse import quote
 
 import jinja2
 from bs4 import BeautifulSoup
@@ -11,7 +13,7 @@ from nbconvert.filters.highlight import Highlight2HTML
 
 from .document import WIDGET_NOTE, Document
 from .run import ReportError, read_notebook
-from .self_contained import check_self_contained
+from .self_contained import seal
 
 _PACKAGES = ("rigsim", "numpy", "scipy", "pymunk", "numba", "matplotlib", "ipywidgets", "jupyterlab")
 
@@ -43,14 +45,17 @@ def notebook_page(notebook, path, every, seconds):
             **_made(),
         )
     )
-    check_self_contained(page, path.name)
-    return page
+    return seal(page, path.name)
 
 
 def _neighbour(every, place):
     if not 0 <= place < len(every):
         return None
-    return {"href": f"{every[place].stem}.html", "title": _heading(every[place])[0]}
+    return {"href": _href(f"{every[place].stem}.html"), "title": _heading(every[place])[0]}
+
+
+def _href(name):
+    return quote(os.fsencode(name))
 
 
 def index_page(every, output, failures):
@@ -62,7 +67,7 @@ def index_page(every, output, failures):
         rows.append(
             {
                 "name": path.stem,
-                "href": page.name if page.exists() else None,
+                "href": _href(page.name) if page.exists() else None,
                 "title": title,
                 "question": question,
                 "made": _minute(datetime.fromtimestamp(page.stat().st_mtime)) if page.exists() else "",
@@ -70,8 +75,7 @@ def index_page(every, output, failures):
             }
         )
     page = _templates().get_template("index.html.j2").render(rows=rows, **_made())
-    check_self_contained(page, "index.html")
-    return page
+    return seal(page, "index.html")
 
 
 def _heading(path):
@@ -104,5 +108,5 @@ def _minute(moment):
 
 def _templates():
     return jinja2.Environment(
-        loader=jinja2.PackageLoader(__package__, "templates"), trim_blocks=True, lstrip_blocks=True, autoescape=False
+        loader=jinja2.PackageLoader(__package__, "templates"), trim_blocks=True, lstrip_blocks=True, autoescape=True
     )

@@ -5,6 +5,7 @@ import json
 import os
 import re
 import sys
+from urllib.parse import unquote
 
 import pytest
 from bs4 import BeautifulSoup
@@ -88,6 +89,46 @@ def test_unwritable_page_leaves_no_part_of_it(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disk full"):
         build_reports(notebooks=tmp_path, output=tmp_path / "out", progress=False)
     assert os.listdir(tmp_path / "out") == []
+
+
+ODD = "07_<script>alert('7')</script> & \"x\" #?%41 é"
+
+
+@pytest.fixture
+def odd_reports(tmp_path):
+    """Pages of a notebook whose name and text would be HTML, and of one that fails."""
+    odd = f"# {ODD}\n\nWhy <b>so</b>? <script>alert(1)</script>\n\n## {ODD}\n\n<img src='data:,' onerror='alert(2)'>"
+    name = ODD.replace("/", "\N{DIVISION SLASH}")
+    write_notebook(tmp_path / f"{name}.ipynb", [new_markdown_cell(odd), new_code_cell("'<script>alert(3)</script>'")])
+    write_notebook(tmp_path / f"{name.replace('07', '08')}.ipynb", [new_code_cell(f"raise ValueError({ODD!r})")])
+    with pytest.raises(ReportError, match="08_<script>"):
+        build_reports(notebooks=tmp_path, output=tmp_path / "out", progress=False)
+    return tmp_path / "out"
+
+
+def test_names_and_texts_are_no_html(odd_reports):
+    page, index = sorted(odd_reports.iterdir())
+    for path in (page, index):
+        soup = BeautifulSoup(path.read_text(encoding="utf-8"), "html.parser")
+        assert not [script for script in soup.find_all("script") if "alert" in script.text]
+        assert "default-src 'none'" in soup.find("meta", attrs={"http-equiv": True})["content"]
+    links = [unquote(a["href"]) for a in soup.find_all("a")]
+    assert links == [page.name] and "<script>" in soup.find("p", class_="failure").text
+
+
+@pytest.mark.parametrize("trouble", ["a file", "below a file", "no notebook folder"])
+def test_output_that_cannot_be_written_is_found_before_anything_runs(tmp_path, monkeypatch, trouble):
+    write_notebook(tmp_path / "02_second.ipynb", SECOND)
+    monkeypatch.setattr("rigsim.present.report.build.run_notebook", None)
+    (tmp_path / "file").write_text("mine")
+    output = {"a file": tmp_path / "file", "below a file": tmp_path / "file" / "out"}.get(trouble)
+    if output is None:
+        with pytest.raises(ValueError, match="holds no numbered notebook"):
+            build_reports(notebooks=tmp_path / "file", output=tmp_path / "out")
+        return
+    with pytest.raises(OSError, match=re.escape(str(output))):
+        build_reports(notebooks=tmp_path, output=output)
+    assert (tmp_path / "file").read_text() == "mine"
 
 
 @pytest.mark.parametrize(
