@@ -75,7 +75,7 @@ NO_NUMBERS = (
     "3.18", b"3", "a\nb", True, np.False_, 1j, np.complex128(3), None, np.ma.masked, np.ma.array(1.0, mask=True),
     np.array(1.0, dtype=object), np.array("3"), datetime.date(2020, 1, 1), np.datetime64("2020"), pd.NA,
     np.timedelta64(3, "s"), pd.Timestamp("2020"), {3.0}, [3.0], np.array([3.0]), {}, 10**5000, Decimal("sNaN"),
-    object(), int, pd.Series([3.0]), range(3), np.zeros((300, 3)), xr.DataArray(3.0, attrs={"units": "mN"}),
+    Ellipsis, int, pd.Series([3.0]), range(3), np.zeros((300, 3)), xr.DataArray(3.0, attrs={"units": "mN"}),
 )  # fmt: skip
 
 

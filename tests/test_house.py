@@ -16,7 +16,7 @@ PACKAGE = Path(rigsim.__file__).parent
 
 # Rooms from left to right; a room may import itself and what stands before it. Rooms on one line do not see each other.
 ROOMS = [
-    {"compiled"},
+    {"blas", "compiled"},
     {"checks"},
     {"results"},
     {"parameters"},

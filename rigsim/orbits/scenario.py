@@ -181,7 +181,6 @@ class ConvergedScenario(ResultSequence):
         return frame(rows, ["force [N]", "frequency [Hz]", "event", "single-term force [N]"])
 
 
-@one_blas_thread
 def force_scenario(parameters, harmonics=1, law=None, *, band=None, force=None, progress=False):
     """Every birth, split, merger and death of pieces of the response as the force grows.
 
