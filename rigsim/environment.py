@@ -23,6 +23,7 @@ VARIABLE = "RIGSIM_ENVIRONMENT"
 
 # What pip's log says when the package index cannot be reached; an index that is there lists versions.
 _NO_NETWORK = ("NewConnectionError", "ConnectTimeout", "Connection refused", "ProxyError", "(from versions: none)")
+_ROOM = 1_000_000  # bytes without which nothing can be made
 _HEARTBEAT = 10.0  # seconds between signs of life
 # Of pip's settings, those that say how to reach an index; the others could send packages elsewhere, or take other ones.
 _REACH = (
@@ -269,6 +270,8 @@ def _run(command, root, say, settings=None):
             if process.poll() is None:
                 stopping.end_group(process)
     if process.returncode:
+        if shutil.disk_usage(str(root)).free < _ROOM:  # which may have kept the log from saying so
+            raise SetupError(f"the disk of {root} is full; make room (about 1 GB), then give the same command again")
         with log.open("rb") as text:
             text.seek(start)
             raise SetupError(_why(text.read().decode("utf-8", "replace"), log))

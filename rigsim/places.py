@@ -100,7 +100,7 @@ def _size(entry):
 def link(root, place):
     """Let ``.venv`` lead to an environment; what it was before is put aside, and removed only if it was ours."""
     path, new = root / ".venv", root / (place.name + ".link")
-    if path.is_symlink() and path.resolve() == place and not (place / _NEW).exists():
+    if path.is_symlink() and Path(os.path.realpath(str(path))) == place and not (place / _NEW).exists():
         return
     try:
         if not path.is_symlink() and path.exists():
