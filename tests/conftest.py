@@ -1,6 +1,7 @@
 """What every test shares: the options ``--full`` and ``--soak``, and the promise that no test changes global state."""
 
 import random
+import signal
 import sys
 
 import numpy as np
@@ -22,6 +23,9 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    # Whoever starts the tests in the background may have Ctrl-C ignored, which every process of theirs would inherit.
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     config.addinivalue_line("markers", "full: a long check, run only with --full")
     config.addinivalue_line("markers", "soak: longer still, run only with --soak, which implies --full")
 
