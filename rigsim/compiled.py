@@ -19,13 +19,17 @@ import sys
 import tempfile
 import threading
 import types
-from contextlib import contextmanager
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
 _AGAIN = 0.05  # s until Ctrl-C is tried again
-_SWALLOW = ("__del__", "_on_type_disposal")  # where Python and numba drop exceptions
+# Where Ctrl-C would leave half a library behind, or be dropped.
+_CLOSED = (
+    "BaseNativeLowering.run_pass", "NoPythonBackend.run_pass", "_Cache.load_overload", "_Cache.save_overload",
+    "_on_type_disposal",
+)  # fmt: skip
 _DIGEST = hashlib.sha256().digest_size
+_MAIN = threading.main_thread().ident
 _lock = threading.RLock()
 _waiting = []  # inlinable functions that numba has not been told of
 
@@ -71,13 +75,15 @@ class Compiled:
 
     def __call__(self, *arguments):
         """Run the machine code for arguments of these types."""
+        dispatcher = self._dispatcher or self._load()
+        usual = signal.getsignal(signal.SIGINT)
+        if threading.get_ident() != _MAIN or not callable(usual):
+            return dispatcher(*arguments)
+        signal.signal(signal.SIGINT, functools.partial(_once_outside, usual))
         try:
-            return (self._dispatcher or self._load())(*arguments)
-        except SystemError as error:  # what numba makes of Ctrl-C while it wraps what goes in or comes out
-            cause = error
-            while cause is not None and not isinstance(cause, KeyboardInterrupt):
-                cause = cause.__cause__
-            raise cause or error from None
+            return dispatcher(*arguments)
+        finally:
+            signal.signal(signal.SIGINT, usual)
 
     def _load(self):
         with _lock:
@@ -97,6 +103,25 @@ class Compiled:
         return self.__qualname__  # pickled by name, as functions are
 
 
+def _once_outside(usual, number, frame):
+    """Handle Ctrl-C as usual, or a little later while numba is at work, which then crashes or loses it.
+
+    That is while LLVM has half of a library, and in Python code that numba calls to wrap arguments and results.
+    """
+    here, compiling = frame, False
+    while here is not None and here.f_code is not Compiled.__call__.__code__:
+        compiling = compiling or here.f_code.co_name == "_compile_for_args"
+        if "llvmlite" in here.f_code.co_filename or here.f_code.co_qualname in _CLOSED:
+            break
+        here = here.f_back
+    if here is None or here is frame or (compiling and here.f_code is Compiled.__call__.__code__):
+        usual(number, frame)
+    else:
+        again = threading.Timer(_AGAIN, signal.raise_signal, [number])
+        again.daemon = True
+        again.start()
+
+
 def _dispatcher(function, options):
     import numba
 
@@ -110,40 +135,7 @@ def _dispatcher(function, options):
         return template(tuple(map(plain, arguments)), {name: plain(value) for name, value in named.items()})
 
     dispatcher.get_call_template = for_any_value
-    compile_ = dispatcher.compile
-
-    def compile_undisturbed(signature):
-        with _interruptible_between_steps():
-            return compile_(signature)
-
-    dispatcher.compile = compile_undisturbed
     return dispatcher
-
-
-@contextmanager
-def _interruptible_between_steps():
-    """Ctrl-C waits until LLVM, whose callbacks would swallow it or leave half a library, and finalizers are left."""
-    usual = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(usual):
-        yield
-        return
-
-    def later(number, frame):
-        here = frame
-        while here is not None and "llvmlite" not in here.f_code.co_filename and here.f_code.co_name not in _SWALLOW:
-            here = here.f_back
-        if here is None:
-            usual(number, frame)
-        else:
-            again = threading.Timer(_AGAIN, signal.raise_signal, [number])
-            again.daemon = True
-            again.start()
-
-    signal.signal(signal.SIGINT, later)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, usual)
 
 
 class _Cache:

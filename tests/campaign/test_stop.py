@@ -143,7 +143,7 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.full
+@pytest.mark.soak
 @pytest.mark.parametrize("call", LONG.values(), ids=LONG)
 def test_ctrl_c_ends_every_long_call(call):
     """At any moment: early, while it may still be importing, and in the midst of the work.
