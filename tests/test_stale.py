@@ -38,6 +38,9 @@ SILENT = {
     "pytest-xdist": "runs them side by side",
     "nbval": "runs the notebooks as tests",
     "ruff": "reads the code",
+    "execnet": "pytest-xdist's, pinned for the lock",
+    "sortedcontainers": "hypothesis's, likewise",
+    "greenlet": "playwright's, likewise",
 }
 PEERS = {"contique", "pyHarm"}  # of tests/benchmarks/peers, in an environment of their own
 
