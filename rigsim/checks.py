@@ -279,7 +279,9 @@ def progress(value):
     """Return what ``progress=`` may be: True, False or a callable(done, total)."""
     if callable(value) and not isinstance(value, type):
         return value
-    return _keyword("progress", value, (False, True), "True, False or a callable(done, total)")
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    raise ValueError(f"progress = {shown(value)} is not allowed; expected True, False or a callable(done, total)")
 
 
 def executor(value):
@@ -316,13 +318,6 @@ def path(name, value, wanted="the name of a file"):
 def running(told, workers, kept):
     """What `progress`, `executor` and `checkpoint` return, of the three keywords of long work."""
     return progress(told), executor(workers), checkpoint(kept)
-
-
-def _keyword(name, value, allowed, wanted):
-    try:
-        return one_of(name, value, allowed)
-    except ValueError:
-        raise ValueError(f"{name} = {shown(value)} is not allowed; expected {wanted}") from None
 
 
 def digits(value):

@@ -9,6 +9,7 @@ they use, as they are in this process. So an edit anywhere leads to other files,
 Standard library only until something is compiled or loaded.
 """
 
+import _signal  # what signal makes enumerations of, which would cost each compiled call 10 us
 import dis
 import functools
 import hashlib
@@ -29,6 +30,7 @@ _CLOSED = (
     "_on_type_disposal",
 )  # fmt: skip
 _DIGEST = hashlib.sha256().digest_size
+_SIGINT = int(signal.SIGINT)
 _MAIN = threading.main_thread().ident
 _lock = threading.RLock()
 _waiting = []  # inlinable functions that numba has not been told of
@@ -76,14 +78,13 @@ class Compiled:
     def __call__(self, *arguments):
         """Run the machine code for arguments of these types."""
         dispatcher = self._dispatcher or self._load()
-        usual = signal.getsignal(signal.SIGINT)
-        if threading.get_ident() != _MAIN or not callable(usual):
+        if threading.get_ident() != _MAIN or not callable(usual := _signal.getsignal(_SIGINT)):
             return dispatcher(*arguments)
-        signal.signal(signal.SIGINT, functools.partial(_once_outside, usual))
+        _signal.signal(_SIGINT, functools.partial(_once_outside, usual))
         try:
             return dispatcher(*arguments)
         finally:
-            signal.signal(signal.SIGINT, usual)
+            _signal.signal(_SIGINT, usual)
 
     def _load(self):
         with _lock:
@@ -115,6 +116,7 @@ def _once_outside(usual, number, frame):
             break
         here = here.f_back
     if here is None or here is frame or (compiling and here.f_code is Compiled.__call__.__code__):
+        signal.signal(number, usual)  # since what it raises may come before the call's own end does that
         usual(number, frame)
     else:
         again = threading.Timer(_AGAIN, signal.raise_signal, [number])

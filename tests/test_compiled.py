@@ -2,8 +2,10 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -203,3 +205,26 @@ def test_a_compiled_function_is_documented_and_travels_by_name():
     assert conservative_forces.__doc__.startswith("Generalised forces")
     code = "import pickle\nfrom rigsim.model.planar import conservative_forces as f\n"
     assert run(PACKAGE.parent, code + "print(pickle.loads(pickle.dumps(f)) is f)") == (["True"], [])
+
+
+def test_ctrl_c_waits_while_numba_calls_python_and_comes_right_after():
+    """Raised there it would crash numba's wrapping code, or be lost."""
+
+    def called_by_machine_code(number):
+        signal.raise_signal(signal.SIGINT)
+        reached.append(number)
+        return number + 1
+
+    reached, usual = [], signal.getsignal(signal.SIGINT)
+    function = compiled.Compiled(called_by_machine_code, {})
+    function._dispatcher = called_by_machine_code
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert function(1) == 2 and reached == [1]
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(5)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        assert function(1) == 2 and signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, usual)

@@ -71,9 +71,8 @@ class Checkpoint:
 
     def save(self, number, arrays):
         """Keep chunk ``number``, a dict of arrays."""
-        pack(arrays)
+        self._safely(self._save, number, arrays)
         self._kept[number] = arrays
-        self._safely(self._save, number)
 
     def claim(self, numbers, most):
         """Numbers of at most ``most`` chunks that are now this process's to compute, and of those that are finished.
@@ -98,11 +97,11 @@ class Checkpoint:
     def _load(self, numbers):
         found, bad = {}, []
         # Row by row, since nobody can write while a long query reads.
-        for (number,) in self._database.execute("SELECT number FROM chunk").fetchall():
-            row = self._database.execute(
-                "SELECT form, arrays, digest FROM chunk WHERE number = ?", (number,)
-            ).fetchone()
-            if row is None or number not in numbers:
+        here = {number for (number,) in self._database.execute("SELECT number FROM chunk").fetchall()}
+        for number in sorted(here & numbers):
+            query = "SELECT form, arrays, digest FROM chunk WHERE number = ?"
+            row = self._database.execute(query, (number,)).fetchone()
+            if row is None:
                 continue
             try:
                 if row[2] != digest(self._key, self._code, number, *row[:2]):
@@ -115,13 +114,13 @@ class Checkpoint:
                 self._database.executemany("DELETE FROM chunk WHERE number = ?", [(number,) for number in bad])
         return found, bad
 
-    def _save(self, number):
+    def _save(self, number, arrays):
         with self._transaction():
-            self._put(number)
+            self._put(number, arrays)
             self._database.execute("DELETE FROM claim WHERE number = ?", (number,))
 
-    def _put(self, number):
-        form, content = pack(self._kept[number])
+    def _put(self, number, arrays):
+        form, content = pack(arrays)
         row = number, form, content, digest(self._key, self._code, number, form, content)
         self._database.execute("INSERT OR REPLACE INTO chunk VALUES (?, ?, ?, ?)", row)
 
@@ -207,8 +206,8 @@ class Checkpoint:
             self._database.execute(table)
         row = self._key, self._code, digest(self._key, self._code)
         self._database.execute("INSERT INTO problem VALUES (?, ?, ?)", row)
-        for number in self._kept:
-            self._put(number)
+        for number, arrays in self._kept.items():
+            self._put(number, arrays)
 
     def _hold(self, tables):
         """Raise `Damaged`, or `ValueError` if the file is whole but another's."""

@@ -38,8 +38,8 @@ class Watch:
 
 
 def _runs(pid, since):
-    if _since(pid) is not None:
-        return _since(pid) == since
+    if (began := _since(pid)) is not None:
+        return began == since
     if os.name == "nt":  # a signal would end it there
         return True
     try:

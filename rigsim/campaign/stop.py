@@ -9,6 +9,7 @@ import tempfile
 import threading
 from contextlib import contextmanager
 from contextvars import ContextVar
+from pathlib import Path
 
 SLICE = 0.2  # s that a compiled call should take at most, so that nobody waits long
 _heeded = ContextVar("stop", default=None)
@@ -53,7 +54,7 @@ class Lease:
 
     def ask(self):
         """Have all work under this lease end at its next look."""
-        os.unlink(self.path)
+        Path(self.path).unlink(missing_ok=True)
 
     def close(self):
         """Leave nothing behind; to be called when nobody works under this lease any more."""

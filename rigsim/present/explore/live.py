@@ -101,8 +101,8 @@ class LivePanel(ipywidgets.VBox):
 
     def close(self):
         """Take the panel and every widget in it off the page and out of the kernel; slow work is stopped."""
-        if self._stop is not None:
-            self._stop.ask()
+        if (stop := self._stop) is not None:
+            stop.ask()
             self.wait()
         for widget in _inside(self):
             widget.close()
@@ -124,8 +124,8 @@ class LivePanel(ipywidgets.VBox):
         self._changed()
 
     def _start_or_stop(self, _):
-        if self._stop is not None:
-            self._stop.ask()
+        if (stop := self._stop) is not None:
+            stop.ask()
             self.start.description, self.start.disabled = "Stopping", True
             return
         self._stop = Stop()
