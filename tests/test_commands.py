@@ -11,6 +11,7 @@ import sys
 import textwrap
 import time
 import tomllib
+from functools import partial
 from pathlib import Path
 
 import nbformat
@@ -501,14 +502,19 @@ def test_a_cancelled_report_is_gone_within_two_seconds(tmp_path, cell, number):
     nbformat.write(new_notebook(cells=[new_code_cell(code)]), tmp_path / "notebooks" / "01_long.ipynb")
     settings = {**os.environ, environment.VARIABLE: "current"}
     command = [sys.executable, "-m", "rigsim", "report"]
-    with subprocess.Popen(command, cwd=tmp_path, env=settings, stderr=subprocess.PIPE, text=True) as process:
+    heard = partial(signal.signal, number, signal.SIG_DFL)  # nohup has it ignored, which processes inherit
+    pipes = {"stderr": subprocess.PIPE, "text": True, "preexec_fn": heard}
+    with subprocess.Popen(command, cwd=tmp_path, env=settings, **pipes) as process:
         for _ in range(1200):
             if begun.exists() and begun.read_text():
                 break
             time.sleep(0.05)
         sent = time.monotonic()
         process.send_signal(number)
-        _, said = process.communicate(timeout=20)
+        try:
+            _, said = process.communicate(timeout=20)
+        finally:
+            process.terminate()  # else leaving the block would wait for it
     assert time.monotonic() - sent < 2 and process.returncode == (1 if number == signal.SIGINT else 128 + number)
     assert said.splitlines()[-1].startswith("rigsim: interrupted; no page was written; 'report 01_long' makes the rest")
     assert not Path(f"/proc/{begun.read_text()}").exists()
