@@ -222,12 +222,7 @@ def _floats(name, values, unit, wanted):
     _same_unit(name, values, unit)
     if isinstance(values, (Decimal, Fraction)):
         return np.array(real(name, values, unit))
-    result = None
-    if _may_be_array(values):
-        try:
-            result = np.asarray(values)
-        except Exception:  # ragged, or an object of its own that has no values
-            result = None
+    result = _as_array(values)
     if result is not None and result.dtype.kind == "O" and result.ndim == 1:  # decimals, or None among numbers
         return np.array([real(f"{name}[{i}]", value, unit) for i, value in enumerate(result)])
     if result is None or result.dtype.kind not in "iuf" or np.ma.is_masked(values):
@@ -235,6 +230,14 @@ def _floats(name, values, unit, wanted):
         raise ValueError(f"{told}; expected {wanted}, one or an array of them")
     with np.errstate(over="ignore"):
         return np.asarray(result, dtype=float)
+
+
+def _as_array(values):
+    """The array that values are, None where they are none: ragged, or an object of its own that has no values."""
+    try:
+        return np.asarray(values) if _may_be_array(values) else None
+    except Exception:
+        return None
 
 
 def _may_be_array(values):
@@ -253,12 +256,10 @@ def _plain(values):
 
 def lines(name, values, unit="", *, finite=True):
     """Return complex amplitudes, an array of one dimension, both parts as `array` wants; NaN too unless ``finite``."""
-    try:
-        found = np.atleast_1d(values) if _may_be_array(values) else None
-    except Exception:  # ragged
-        found = None
+    found = _as_array(values)
     if found is None or found.dtype.kind not in "iufc" or np.ma.is_masked(values):
         return array(name, values, unit).astype(complex)
+    found = np.atleast_1d(found)
     lost = np.isnan(found) & (not finite)
     parts = [array(name, np.where(lost, 0.0, part), unit) for part in (found.real, found.imag)]
     return np.where(lost, np.nan, parts[0] + 1j * parts[1])
