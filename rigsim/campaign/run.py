@@ -17,7 +17,7 @@ from .. import checks
 from .checkpoint import Checkpoint, fingerprint
 from .code import code_fingerprint
 from .progress import reporting
-from .stop import SLICE, Lease, Leased, Stop, Stopped, look
+from .stop import SLICE, Lease, Leased, Stop, Stopped, look, undisturbed
 
 _PATIENCE = 1.0  # s for chunks in hand to look up, where the work is stopped
 
@@ -186,8 +186,9 @@ def _pooled(call, chunks, take, executor, room, hand):
             look()
             mine = take(room - len(hand)) if len(hand) < room else []
             hand |= dict.fromkeys(mine)
-            for number in mine:
-                hand[number] = executor.submit(call, chunks[number])
+            with undisturbed():
+                for number in mine:
+                    hand[number] = executor.submit(call, chunks[number])
             if not hand:
                 return []
             wait(hand.values(), timeout=SLICE, return_when=FIRST_COMPLETED)

@@ -5,6 +5,7 @@ called in slices, and between these work in other threads and processes asks her
 """
 
 import os
+import signal
 import tempfile
 import threading
 from contextlib import contextmanager
@@ -42,6 +43,22 @@ class Stop:
         """What this thread does inside ends where the stop is asked."""
         with _heeding(self):
             yield self
+
+
+@contextmanager
+def undisturbed():
+    """Ctrl-C waits for what is done inside, which is to be short: a pool that starts processes would leave some."""
+    usual, came = signal.getsignal(signal.SIGINT), []
+    if threading.current_thread() is not threading.main_thread() or not callable(usual):
+        yield
+        return
+    signal.signal(signal.SIGINT, lambda *_: came.append(True))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
+        if came:
+            signal.raise_signal(signal.SIGINT)
 
 
 class Lease:

@@ -99,13 +99,16 @@ def end(how, times, file, pool, seed):
             os.kill(child, signal.SIGINT)
         else:  # nobody is left to end what it began
             os.killpg(child, getattr(signal, how))
+        heard = True
         while not (gone := os.waitpid(child, os.WNOHANG))[0]:
             if how == "SIGINT" and time.monotonic() - begun > 1:  # Python drops one that comes while it forks
                 os.kill(child, signal.SIGINT)
                 time.sleep(0.5)
+                heard = False
             time.sleep(0.002)
         status = gone[1]
-        left += how == "SIGINT" and in_group(child)  # of others, those that nobody waits for stay listed
+        # Of other signals, processes that nobody waits for stay listed; a second Ctrl-C ends Python's wait for a pool.
+        left += how == "SIGINT" and in_group(child) and heard
         slowest = max(slowest, time.monotonic() - begun)
         assert os.WIFSIGNALED(status) or os.WEXITSTATUS(status) in (0, 130), "it failed by itself"
         now = kept(file)

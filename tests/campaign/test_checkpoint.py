@@ -342,9 +342,9 @@ def test_a_hundred_kills_and_a_hundred_cancels_lose_nothing(tmp_path, tell):
             process = campaign("end", how, times, tmp_path / f"{how}-{pool}.sqlite", pool, 3)
             found = json.loads(process.communicate(timeout=120)[0])
             assert found["right"] and process.returncode == 0
-            assert not found["left"] and found["slowest"] < 2 and found["kept"] >= times // 4, (
-                "too little was done to be lost"
-            )
+            assert not found["left"], "processes are left"
+            assert found["slowest"] < 3  # with a second signal where Python dropped the first
+            assert found["kept"] >= times // 4, "too little was done to be lost"
             said.append(
                 f"{times} by {how} ({pool}: {found['kept']} chunks kept, the slowest end {found['slowest']:.2f} s)"
             )

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from rigsim.campaign.run import run_chunks
-from rigsim.campaign.stop import Lease, Leased, Stop, Stopped, look, sliced
+from rigsim.campaign.stop import Lease, Leased, Stop, Stopped, look, sliced, undisturbed
 
 HEARD = 2.0  # s
 
@@ -46,6 +46,19 @@ def test_an_inner_stop_leaves_the_outer_work_alone():
             with pytest.raises(Stopped):
                 look()
         look()
+
+
+def test_what_shall_not_be_disturbed_is_finished_before_ctrl_c_is_heard():
+    before, done = signal.getsignal(signal.SIGINT), []
+    with pytest.raises(KeyboardInterrupt):
+        with undisturbed():
+            signal.raise_signal(signal.SIGINT)
+            done.append(1)
+        done.append(2)
+    assert done == [1] and signal.getsignal(signal.SIGINT) is before
+    with undisturbed():
+        done.append(3)
+    assert done == [1, 3] and signal.getsignal(signal.SIGINT) is before
 
 
 def test_slices_cover_everything_once_and_look_before_each():
