@@ -50,7 +50,7 @@ _HOME = {
     "sine_test": "experiment.sine_test",
     "SineTest": "experiment.sine_test",
     "identify": "identification.identify",
-    "Identification": "identification.identify",
+    "Identification": "identification.result",
     "virtual_experiment": "paper.virtual_experiment",
     "overlay": "paper.virtual_experiment",
     "Evidence": "paper.evidence",

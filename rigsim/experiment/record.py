@@ -14,6 +14,7 @@ from .. import checks, parameters
 from ..results import Result, frame
 from .formats import FORMATS
 from .lines import strongest_lines
+from .realign import realigned
 
 HOLDS = ("zero", "linear", "band-limited")
 _REACH = np.pi / 2  # rad; at a right angle every rig's wires are past theirs
@@ -108,6 +109,29 @@ class Record(Result):
     def replace(self, **changes):
         """A copy with some fields changed, checked again."""
         return replace(self, **changes)
+
+    def realigned(self, delay=None, clock=None, reverse=(), swap=False, spikes=None):
+        """The record with its outputs brought together, as a `identify` offers where it finds them apart.
+
+        Parameters
+        ----------
+        delay : dict of str to float, optional
+            By how much "shaker" or "mass" is late against the force (s).
+        clock : dict of str to float, optional
+            By how much their clock is fast against the force's (ppm).
+        reverse : sequence of str
+            Those whose sign is changed.
+        swap : bool
+            Whether shaker and mass are exchanged, before all else.
+        spikes : dict of str to sequence of int, optional
+            Samples of theirs that are replaced by straight lines between their neighbours.
+
+        Raises
+        ------
+        ValueError
+            If a channel is neither shaker nor mass, a value is not finite, or less than a quarter of the record stays.
+        """
+        return realigned(self, delay, clock, reverse, swap, spikes)
 
     @property
     def time(self):

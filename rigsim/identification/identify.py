@@ -1,7 +1,5 @@
 """`identify`: from a record to the underlying linear system, the cubic coefficient and the physical parameters."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import signal
 
@@ -9,121 +7,26 @@ from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.cost import affordable
 from ..campaign.progress import reporting
-from ..experiment.record import HOLDS, UNITS, Record
+from ..experiment.record import UNITS, Record
 from ..model.modes import Modes, largest_to_one
-from ..model.oscillator import oscillator_modes
 from ..parameters import OscillatorParameters
-from ..results import Result, Status
+from ..results import Status
 from . import nsi, physical
-from .receptance import RationalFraction, fit_rational_fraction
+from .channels import channel_troubles
+from .receptance import fit_rational_fraction
 from .refine import refine_state_space
-from .subspace import StateSpace, fit_input_matrices, identify_state_space
+from .result import RESOLUTION, Identification, frequencies
+from .subspace import fit_input_matrices, identify_state_space
+from .terms import Term
+from .trust import brought_together, trusted
+from .verdict import judged
 
 _MATRICES, _LINE, _SAMPLE = 8, 6e4, 1e3  # of all block rows, in memory at once; bytes a frequency and a sample
-_STEPS = 5  # of work, the first of them twice as long as the others
-RESOLUTION = 0.1  # Hz between the frequencies of a result
-# Limits of what is believed: a clean record of the right hold leaves a misfit of 1e-9 to 1e-4 ...
-MISFIT = 1e-3
-UNEXPLAINED = 0.02  # of an output: 1 % of noise leaves 0.3 %, but 4 % where a strong motion's cube carries it into c
-NOISE_MISFIT = 0.3  # ... and noise that leaves a share of an output leaves about a thirtieth of it of H_E
-MODE_SHIFT = 0.005  # relative
-FOLDED = 0.02
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Identification(Result):
-    """What a random test says about the rig; see `identify`.
-
-    Attributes
-    ----------
-    singular_values : ndarray, shape (2 block_rows,)
-        Of the subspace step, descending (the paper's Fig. 5).
-    modes : Modes
-        Natural frequencies (Hz), damping ratios (Table 3) and shapes over [xs, x] of the underlying linear system.
-    frequency : ndarray, shape (n,)
-        Hz, over the band: every 0.1 Hz, or 41 points where that gives fewer.
-    extended_receptance : ndarray, shape (n, 2, 2)
-        H_E of Eq. (9): columns in m/N and m per m^3.
-    receptance : ndarray, shape (n, 2, 2)
-        Of the underlying linear system, estimated (m/N); the order is [xs, x].
-    fitted_receptance : ndarray, shape (n, 2, 2)
-        The rational fraction fitted to it (m/N).
-    fraction : RationalFraction
-        That fit of H11, H21 and H22.
-    nonlinear_coefficient : ndarray, shape (n,)
-        k3(omega), complex (N/m^3): the paper's Fig. 3 is its real part.
-    k3 : float
-        Cubic coefficient (N/m^3): fitted together with the parameters where the reading is
-        "force", the mean of the coefficient's real part where it is one of the paper's.
-    parameters : OscillatorParameters
-        The paper's Table 4, with ``k3``.
-    misfit : float
-        Rms of what the parameters leave of H_E, relative to it, both weighted.
-    unexplained : ndarray, shape (2,)
-        Rms share of xs and of x over the band that the model of Eq. (8) leaves.
-    state_space : StateSpace
-        That model; start and offset are those of its first estimate.
-    hold, conversion : str
-        What the force did between samples, and how H_E was read.
-    nominal : OscillatorParameters or None
-        What the record says was tested.
-    status : Status
-        Identified or doubtful.
-    message : str
-        What is to be distrusted, and why; empty where nothing is.
-    """
-
-    singular_values: np.ndarray
-    modes: Modes
-    frequency: np.ndarray
-    extended_receptance: np.ndarray
-    receptance: np.ndarray
-    fitted_receptance: np.ndarray
-    fraction: RationalFraction
-    nonlinear_coefficient: np.ndarray
-    k3: float
-    parameters: OscillatorParameters
-    misfit: float
-    unexplained: np.ndarray
-    state_space: StateSpace
-    hold: str
-    conversion: str
-    nominal: OscillatorParameters | None
-    status: Status
-    message: str
-
-    plots = {
-        "identification": "identification_figure",
-        "nonlinear coefficient": "nonlinear_coefficient_figure",
-        "receptances": "receptance_figure",
-        "singular values": "singular_value_figure",
-        "readings": "readings_figure",
-    }
-
-    def nonlinear_mean(self, band):
-        """Mean of the real part of k3(omega) over ``band`` (a pair in Hz), every 0.1 Hz (N/m^3)."""
-        frequency = _frequencies(band, self.state_space.sample_rate)
-        extended = nsi.extended_receptance(self.state_space, frequency, self.hold, self.conversion)
-        return float(nsi.nonlinear_coefficient(extended).real.mean())
-
-    def summary(self):
-        """One line: the modes, k3, and what speaks against them."""
-        pairs = zip(self.modes.frequency, self.modes.damping, strict=True)
-        modes = ", ".join(f"{frequency:.4f} Hz ({damping:.4f})" for frequency, damping in pairs)
-        told = f"{self.status}: {self.message}" if self.message else self.status
-        return f'Identification ("{self.conversion}"): modes {modes}; k3 = {self.k3:.5g} N/m^3; {told}'
-
-    def table(self):
-        """`pandas.DataFrame` of the parameters, with nominal value and error [%] where known."""
-        table = self.parameters.table()
-        if self.nominal is not None:
-            table.insert(1, "nominal", self.nominal.table()["value"])
-            table.insert(2, "error [%]", 100 * (table["value"] / table["nominal"] - 1))
-        return table
-
-
+_STEPS = 8  # of work
 @one_blas_thread
-def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *, progress=False):
+def identify(
+    record, order=4, block_rows=40, band=(2, 80), conversion="force", *, terms=(), noise=None, progress=False
+):
     """`Identification` of the rig from a random test.
 
     1. Extended inputs u = [f, -z^3], outputs [xs, x]; z = xs - x about the zero of the springs,
@@ -134,6 +37,9 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
     4. A rational fraction polynomial fitted to the receptances.
     5. The physical parameters from its coefficients, refined by a bounded fit to all of
        H_E, weighted by the spectra of the inputs over the variances of the outputs' residuals.
+    6. Where the reading is "force", from these the rig whose simulated motion repeats the record best
+       (`likelihood`), its errors (`uncertainty`) and what the rest says against it (`troubles`). Before all
+       else the channels are brought together (`alignment`); what was mended is told.
 
     Parameters
     ----------
@@ -148,6 +54,10 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
     conversion : {"force", "all", "none"}
         How H_E is read from a sampled model; see `rigsim.identification.nsi`. "force" is
         right, "all" is the paper's, "none" is Eq. (9) as printed.
+    terms : sequence of Term
+        What else may act between the masses, or a mass and the ground; see `rigsim.identification.terms`.
+    noise : dict of str to float, optional
+        ``{"force": 0.01}``: known noise on the recorded force, as a share of its rms, whose bias is taken out.
     progress : bool or callable
         True shows a bar; a callable is told (steps done, steps in all).
 
@@ -165,7 +75,7 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
     conversion = checks.one_of("conversion", conversion, nsi.CONVERSIONS)
     band = checks.pair("band", band, "Hz", high=record.sample_rate / 2)
     _refuse_endless(record, block_rows, band)
-    frequency = _frequencies(band, record.sample_rate)
+    frequency = frequencies(band, record.sample_rate)
     lines, needed = int((frequency[-1] - frequency[0]) * record.duration), order * (order + 6)
     if lines < needed:
         raise ValueError(
@@ -177,43 +87,46 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
         if not np.ptp(channel) > 1e-12 * np.abs(channel).max():
             raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
 
+    terms, noise_told = _checked_terms(terms), _checked_noise(noise)
     with reporting(progress, _STEPS, "identification") as report:
+        told, trust = channel_troubles(record, band, order), None
+        mended, guess = [], None
+        if conversion == "force":
+            record, mended, guess = brought_together(record, band)
+        report(1)
         singular_values, inputs, model, noise, unexplained = _model(record, order, block_rows, band, report)
+        extended = nsi.extended_receptance(model, frequency, record.hold, conversion)
+        if conversion == "force":
+            weight = _weights(inputs, noise, record.sample_rate, frequency)
+            fraction, values, misfit = _fit(frequency, extended, weight)
+            report(6)
+            trust = trusted(record, values, band, terms, () if guess is None else (np.append(guess.values, values[6]),))
+        else:
+            fraction, values, misfit = _paper_s_fit(frequency, extended)
         report(_STEPS)
-    extended = nsi.extended_receptance(model, frequency, record.hold, conversion)
-    coefficient = nsi.nonlinear_coefficient(extended)
-    receptance = nsi.underlying_receptance(extended)
-
-    distinct = receptance[:, [0, 1, 1], [0, 0, 1]]  # H11, H21, H22
-    doubts = []
-    if conversion == "force":
-        weight = _weights(inputs, noise, record.sample_rate, frequency)
-        fraction, values, misfit = _fit(frequency, extended, weight)
-        doubts = _reading_doubts(record.hold, model, weight, frequency, values, misfit, unexplained)
-    else:
-        # The paper's steps: one number for the coefficient, its mean; the linear parameters from H11, H21 and H22.
-        fraction = fit_rational_fraction(frequency, distinct, 1 / np.abs(distinct), (2, 1, 2), 4)
-        model_of = lambda values: physical.oscillator_receptance(values, frequency)[:, [0, 1, 1], [0, 0, 1]]  # noqa: E731
-        start = physical.parameters_of_fraction(fraction)
-        values, misfit = physical.fit_parameters(model_of, distinct, 1 / np.abs(distinct), start)
-        values = np.append(values, coefficient.real.mean())
-        if misfit > 0.05:
-            doubts.append(f"the parameters leave {100 * misfit:.2g} % of the receptances unexplained")
-    folded = nsi.folded_share(record.relative, record.sample_rate, band)
-    if folded > FOLDED:
-        share = f"{100 * folded:.2g} % of z^3 in the band"
-        doubts.append(f"{share} is folded from above half the sample rate: sample faster")
-    doubts = _doubts(values, unexplained, doubts)
+    relative = (record if trust is None else trust.record).relative
+    folded = nsi.folded_share(relative, record.sample_rate, band)
     h11, h21, h22 = fraction(frequency).T
-    fitted = np.stack([h11, h21, h21, h22], axis=1).reshape(-1, 2, 2)
-    nominal = None if record.parameters is None else record.parameters.oscillator
-    return Identification(
-        singular_values=singular_values, modes=_modes(model), frequency=frequency, extended_receptance=extended,
-        receptance=receptance, fitted_receptance=fitted, fraction=fraction, nonlinear_coefficient=coefficient,
-        k3=float(values[6]), parameters=OscillatorParameters(*np.maximum(values, 0.0)), misfit=misfit,
-        unexplained=unexplained, state_space=model, hold=record.hold, conversion=conversion, nominal=nominal,
-        status=Status.DOUBTFUL if doubts else Status.IDENTIFIED, message="; ".join(doubts),
-    )  # fmt: skip
+    known = {
+        "singular_values": singular_values, "modes": _modes(model), "frequency": frequency,
+        "extended_receptance": extended, "receptance": nsi.underlying_receptance(extended),
+        "fitted_receptance": np.stack([h11, h21, h21, h22], axis=1).reshape(-1, 2, 2), "fraction": fraction,
+        "nonlinear_coefficient": nsi.nonlinear_coefficient(extended), "misfit": misfit, "unexplained": unexplained,
+        "state_space": model, "hold": record.hold, "conversion": conversion,
+        "nominal": None if record.parameters is None else record.parameters.oscillator,
+        "read": OscillatorParameters(*np.maximum(values, 0.0)),
+    }  # fmt: skip
+    return Identification(**known, **judged(record, band, values, misfit, unexplained, folded, trust, mended, told, noise_told))
+
+
+def _paper_s_fit(frequency, extended):
+    """The paper's steps: one number for the coefficient, its mean; the linear parameters from H11, H21 and H22."""
+    distinct = nsi.underlying_receptance(extended)[:, [0, 1, 1], [0, 0, 1]]
+    fraction = fit_rational_fraction(frequency, distinct, 1 / np.abs(distinct), (2, 1, 2), 4)
+    model_of = lambda values: physical.oscillator_receptance(values, frequency)[:, [0, 1, 1], [0, 0, 1]]  # noqa: E731
+    start = physical.parameters_of_fraction(fraction)
+    values, misfit = physical.fit_parameters(model_of, distinct, 1 / np.abs(distinct), start)
+    return fraction, np.append(values, nsi.nonlinear_coefficient(extended).real.mean()), misfit
 
 
 def _refuse_endless(record, block_rows, band):
@@ -229,6 +142,25 @@ def _refuse_endless(record, block_rows, band):
     )  # fmt: skip
 
 
+def _checked_terms(terms):
+    terms = checks.one_or_many("terms", terms, Term, "a Term") if terms != () else ()
+    names = [*physical.NAMES, *(term.name for term in terms)]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"terms name {name} twice; expected names of their own, none of {', '.join(physical.NAMES)}")
+    return tuple(terms)
+
+
+def _checked_noise(noise):
+    """Share of the recorded force that is noise, or None."""
+    if noise is None:
+        return None
+    noise = checks.instance("noise", noise, dict, "a dict such as {'force': 0.01}")
+    for name in noise:
+        checks.one_of("noise of", name, ("force",))
+    return checks.real("noise of force", noise.get("force", 0.0), low=0.0, high=1.0)
+
+
 def _checked_orders(order, block_rows, record):
     block_rows = checks.integer("block_rows", block_rows, low=4)
     order = checks.integer("order", order, low=4, high=block_rows)
@@ -240,12 +172,6 @@ def _checked_orders(order, block_rows, record):
     if n < needed:
         raise ValueError(f"record has {n} samples; expected at least {needed} for block_rows = {block_rows}")
     return order, block_rows
-
-
-def _frequencies(band, sample_rate):
-    """Every 0.1 Hz over the band, both ends included."""
-    low, high = checks.pair("band", band, "Hz", high=sample_rate / 2)
-    return np.linspace(low, high, max(int(round((high - low) / RESOLUTION)), 40) + 1)
 
 
 def _model(record, order, block_rows, band, report):
@@ -282,7 +208,7 @@ def _springs_zero(record, outputs, order, block_rows, band):
     inputs = np.column_stack([nsi.extended_inputs(record.force, w), w**2])
     model, _ = identify_state_space(inputs, outputs, record.sample_rate, order, block_rows)
     model, noise, _ = refine_state_space(model, inputs, outputs, band)
-    frequency = _frequencies(band, record.sample_rate)
+    frequency = frequencies(band, record.sample_rate)
     response = nsi.extended_receptance(model, frequency, record.hold, "none") / noise[:, None]
     cube, square = response[..., 1], response[..., 2]
     offset = np.vdot(cube, square).real / np.vdot(cube, cube).real / 3
@@ -324,49 +250,3 @@ def _fit(frequency, extended, weight):
     model_of = lambda values: nsi.extended_from(physical.oscillator_receptance(values, frequency), values[6])  # noqa: E731
     start = np.append(physical.parameters_of_fraction(fraction), k3)
     return fraction, *physical.fit_parameters(model_of, extended, weight, start)
-
-
-def _reading_doubts(hold, model, weight, frequency, values, misfit, unexplained):
-    """What speaks against the hold or the order of the channels, and the reading that would fit, if one does."""
-    doubts = []
-    noise = unexplained.max()
-    if misfit > MISFIT + NOISE_MISFIT * noise:
-        doubts.append(f"the parameters leave {100 * misfit:.2g} % of H_E unexplained")
-    seen = _modes(model).frequency
-    try:
-        meant = oscillator_modes(OscillatorParameters(*np.maximum(values, 0.0))).frequency
-    except ValueError:  # a mode without stiffness or overdamped has no frequency to compare
-        meant = None
-    if meant is not None and seen.size == meant.size and (np.abs(meant / seen - 1) > MODE_SHIFT + noise).any():
-        pairs = ", ".join(f"{a:.2f} against {b:.2f} Hz" for a, b in zip(meant, seen, strict=True))
-        doubts.append(f"the parameters' modes are not the model's ({pairs})")
-    if not doubts:
-        return doubts
-    readings = {f'hold = "{other}"': (other, False) for other in HOLDS if other != hold}
-    readings["shaker and mass swapped"] = (hold, True)
-    left = {}
-    for name, (other, swapped) in readings.items():
-        extended = nsi.extended_receptance(model, frequency, other)
-        # z changes its sign with the channels.
-        channels = (extended[:, ::-1] * [1, -1], weight[:, ::-1]) if swapped else (extended, weight)
-        left[name] = _fit(frequency, *channels)[2]
-    best = min(left, key=left.get)
-    hint = "check the hold and the order of the channels"
-    if left[best] < misfit / 4:
-        hint = f"{best} would leave {100 * left[best]:.2g} %"
-    return [*doubts, hint]
-
-
-def _doubts(values, unexplained, doubts):
-    """The doubts of the reading, with those that model and fit raise themselves."""
-    doubts = [
-        f"the model leaves {100 * share:.2g} % of {name} unexplained"
-        for name, share in zip(("shaker", "mass"), unexplained, strict=True)
-        if share > UNEXPLAINED
-    ] + doubts
-    if values[6] < 0:
-        doubts.append(f"k3 = {values[6]:.3g} N/m^3 is negative, so parameters carry k3 = 0")
-    at_bound = [name for name, value in zip(physical.NAMES[:6], values[:6], strict=True) if value <= 0]
-    if at_bound:
-        doubts.append(f"the fit ends at the bound 0 of {', '.join(at_bound)}")
-    return doubts

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ... import checks
-from ...identification.identify import Identification
+from ...identification.result import Identification
 from .style import BLACK, BLUE, GREEN, ORANGE, style, subplots
 
 _LOOKS = {

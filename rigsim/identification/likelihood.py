@@ -1,0 +1,186 @@
+"""The parameters under which a simulated rig repeats a record best, and what the record says of their errors.
+
+Outputs are the simulated rig's plus noise. Gauss-Newton steps minimise what is left, each line of the spectrum weighted
+by the noise found there: with Gaussian noise that is maximum likelihood, so no other way to read the same record has
+smaller errors (L. Ljung, System Identification, 1999, chapters 7 and 9). The motion that is raised to a power is the
+simulated one, without the sensors' noise. Lines are those of blocks that lap by a half under a sine window, whose
+squares add to one: sums over blocks and lines are the sums over time, restricted to a band.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from .simulate import Run, Structure, simulate
+
+_STEPS = 12
+_SETTLED, _NEAR = 0.03, 3.0  # standard errors
+_NOISY = 3e-3  # share of an output
+_BLOCKS = 24  # in a record, at least
+_RESOLVED = 8.0  # s of a block at most: 0.125 Hz a line
+_SMOOTH = 5  # lines that a spectrum of noise is averaged over
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Where the steps ended.
+
+    Attributes
+    ----------
+    structure : Structure
+    run : Run
+    values : ndarray, shape (parameters,)
+        In the order of the structure's names.
+    starts : ndarray, shape (parts, 2 d)
+        First states.
+    modelled, columns : ndarray, shapes (n, q) and (n, q, parameters + 2 d parts)
+        Outputs, and their derivatives.
+    left : Lines
+        What the model leaves of the outputs.
+    information : ndarray, shape (parameters + 2 d parts, same)
+        Fisher's, of all that was fitted; its inverse is their covariance.
+    settled : bool
+        Whether the last step was small against the standard errors.
+    """
+
+    structure: Structure
+    run: Run
+    values: np.ndarray
+    starts: np.ndarray
+    modelled: np.ndarray
+    columns: np.ndarray
+    left: "Lines"
+    information: np.ndarray
+    settled: bool
+
+
+class FitError(ValueError):
+    """No rig of that structure was found near the start."""
+
+
+class Lines:
+    """Channels (n, ...) as the lines of their blocks within a band, shape (blocks, lines, ...)."""
+
+    def __init__(self, sample_rate, samples, band, blocks=_BLOCKS, resolved=_RESOLVED):
+        size = int(min(resolved * sample_rate, 2 * samples / (blocks + 1)))
+        self.size = max(size - size % 2, 16)
+        self.window = np.sin(np.pi * (np.arange(self.size) + 0.5) / self.size)
+        frequency = np.fft.rfftfreq(self.size, 1 / sample_rate)
+        self.kept = np.flatnonzero((frequency >= band[0]) & (frequency <= band[1]))
+        self.frequency = frequency[self.kept]
+        self.begins = np.arange(-self.size // 2, samples, self.size // 2)
+        self.samples = samples
+
+    def __call__(self, channels):
+        """Lines of the channels."""
+        found = np.empty((self.begins.size, self.kept.size, *channels.shape[1:]), dtype=complex)
+        window = self.window.reshape(-1, *[1] * (channels.ndim - 1))
+        for block, begin in enumerate(self.begins):
+            inside = channels[max(begin, 0) : begin + self.size]
+            part = np.zeros((self.size, *channels.shape[1:]))
+            part[max(-begin, 0) : max(-begin, 0) + len(inside)] = inside
+            found[block] = np.fft.rfft(part * window, axis=0)[self.kept]
+        return found
+
+
+def noise_weights(left):
+    """Inverse of the variance of what is left of each output at each line, (lines, q, q): of all blocks, smoothed."""
+    power = np.mean(np.abs(left) ** 2, axis=0)
+    smooth = uniform_filter1d(power, min(_SMOOTH, len(power)), axis=0)
+    return np.eye(left.shape[2]) / np.maximum(smooth, 1e-12 * smooth.max(axis=0))[:, None, :]
+
+
+def normal_equations(columns, left, weights):
+    """Fisher's information (p, p) and the slope (p,) of the weighted squares, from lines of columns and of what is left."""
+    weighted = np.einsum("lij,bljp->blip", weights, columns)
+    p = columns.shape[-1]
+    flat = weighted.reshape(-1, p)
+    return (flat.conj().T @ columns.reshape(-1, p)).real, (flat.conj().T @ left.ravel()).real
+
+
+def fit(structure, values, run, outputs, band, reach):
+    """`Fit` of a structure to ``outputs`` (n, q), from starting ``values``."""
+    d, parts, count = len(structure.masses), len(run.begins), len(values)
+    lines = Lines(run.sample_rate, len(outputs), band)
+    starts, step = np.zeros((parts, 2 * d)), None
+    lost, stages, before = 0.0, iter((_white, _white, noise_weights)), None
+    weigh = next(stages)
+    for _ in range(_STEPS):
+        coarse, columns = simulate(structure, values, run, starts, reach, range(count))
+        modelled, columns = coarse + lost, _by_part(columns, run, count, d)
+        left = lines(about_means(outputs - modelled, run))
+        if not np.isfinite(left).all() and step is None:
+            raise FitError("the motion of the rig it starts from grows without end")
+        if before is not None and not _cost(left, weights) < before * (1 + 1e-3):  # too far
+            step = step / 4
+            values, starts = values - 3 * step[:count], starts - 3 * step[count:].reshape(parts, 2 * d)
+            continue
+        weights = weigh(left)
+        before = _cost(left, weights)
+        information, slope = normal_equations(lines(columns), left, weights)
+        covariance = inverse(information)
+        step = covariance @ slope
+        step *= min(1.0, *(0.5 * values[:d] / np.maximum(np.abs(step[:d]), 1e-300)))  # masses stay positive
+        size = np.abs(step[:count] / np.sqrt(np.diag(covariance)[:count])).max()
+        if size < _SETTLED and weigh is noise_weights:
+            break
+        if not np.isfinite(step).all():
+            raise FitError("the record does not hold its parameters")
+        if size < (_SETTLED if np.ndim(lost) else _NEAR) and weigh is not noise_weights:
+            if np.ndim(lost) == 0:
+                lost = _lost(structure, values, run, starts, reach, coarse, outputs)
+            weigh, before = next(stages), None
+        values, starts = values + step[:count], starts + step[count:].reshape(parts, 2 * d)
+    return Fit(structure, run, values, starts, modelled, columns, left, information, size < _SETTLED)
+
+
+def inverse(information):
+    """Its inverse; directions that the record says nothing of get none."""
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    return np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-13, hermitian=True) / np.outer(scale, scale)
+
+
+def _lost(structure, values, run, starts, reach, coarse, outputs):
+    """What long steps lose of the motion, which hardly changes once the parameters are near."""
+    finer = lambda times: simulate(structure, values, run, starts, reach, finer=times)[0]  # noqa: E731
+    two = finer(2)
+    if (np.std(outputs - coarse, axis=0) > _NOISY * np.std(outputs, axis=0)).all():
+        return two + (two - coarse) / 15 - coarse
+    four = finer(4)
+    return four + (four - two) / 15 - coarse
+
+
+def about_means(rest, run):
+    """What is left, without its mean in each part: constants of the sensors."""
+    return np.concatenate([rest[part] - rest[part].mean(axis=0) for part in _slices(run)])
+
+
+def _white(left):
+    """Weights of noise that is white, and another in each output."""
+    return np.broadcast_to(np.diag(1 / np.mean(np.abs(left) ** 2, axis=(0, 1))), (left.shape[1], *[left.shape[2]] * 2))
+
+
+def about_means(rest, run):
+    """What is left, without its mean in each part: constants of the sensors."""
+    return np.concatenate([rest[part] - rest[part].mean(axis=0) for part in _slices(run)])
+
+
+def _cost(left, weights):
+    return np.einsum("bli,lij,blj->", left.conj(), weights, left).real
+
+
+def _slices(run):
+    return [slice(*ends) for ends in zip(run.begins, (*run.begins[1:], run.force.size), strict=True)]
+
+
+def _by_part(columns, run, count, d):
+    """Columns with those of the first state spread over as many parts."""
+    parts = _slices(run)
+    if len(parts) == 1:
+        return columns
+    spread = np.zeros((*columns.shape[:2], count + 2 * d * len(parts)))
+    spread[..., :count] = columns[..., :count]
+    for number, part in enumerate(parts):
+        spread[part, :, count + 2 * d * number : count + 2 * d * (number + 1)] = columns[part, :, count:]
+    return spread

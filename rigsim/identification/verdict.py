@@ -1,0 +1,137 @@
+"""What an identification says in the end: values, intervals, and in words what speaks against them."""
+
+import numpy as np
+
+from ..model.oscillator import oscillator_modes
+from ..parameters import OscillatorParameters
+from ..results import Status
+from .physical import NAMES
+from .result import ParameterErrors
+
+FOLDED = 0.02
+MISFIT = 0.05  # of the receptances, by the paper's reading
+_WIDE = 0.1  # of a parameter: a half-width beyond it says little
+_MOVES = 0.01  # of a parameter: a trouble that moves one by less is in its interval
+_DROWNED = 0.5  # of an output
+_ODD = 0.02  # of a parameter: half-width that comes from parts of the record that disagree
+_ABSURD = {"ms": (1e-6, 1e6), "m": (1e-8, 1e6), "ks": (1e-3, 1e12), "k1": (0.0, 1e12)}
+
+
+def judged(record, band, values, misfit, unexplained, folded, trust, mended, told, noise):
+    """The fields of `Identification` that say what to believe."""
+    mended, doubts = list(mended), [trouble.message for trouble in told]
+    if folded > FOLDED:
+        share = f"{100 * folded:.2g} % of z^3 in the band"
+        doubts.append(f"{share} is folded from above half the sample rate: sample faster")
+    if trust is None:
+        errors, modelled, troubles = None, None, ()
+        if misfit > MISFIT:
+            doubts.append(f"the parameters leave {100 * misfit:.2g} % of the receptances unexplained")
+    else:
+        mended += trust.mended
+        record, modelled, troubles = trust.record, trust.fit.modelled, tuple(trust.troubles)
+        errors = _errors(trust, noise)
+        values = errors.value
+        doubts += _doubts(errors, trust, record, band)
+    at_bound = [name for name, value in zip(NAMES[:6], values[:6], strict=True) if value <= 0]
+    if values[6] < 0 and (errors is None or -values[6] > errors.half_width[6]):
+        doubts.append(f"k3 = {values[6]:.3g} N/m^3 is negative, so parameters carry k3 = 0")
+    if at_bound:
+        doubts.append(f"{' and '.join(at_bound)} would be zero or negative, which no rig of this kind is")
+    hopeless = [trouble.message for trouble in mended if not trouble.mend and trouble.name != "break"]
+    cured = [trouble.message for trouble in mended if trouble.mend or trouble.name == "break"]
+    message = "; ".join([*hopeless, *doubts, *(f"mended: {text}" for text in cured)])
+    return {
+        "k3": float(values[6]), "parameters": OscillatorParameters(*np.maximum(values[:7], 0.0)), "errors": errors,
+        "record": record, "modelled": modelled, "mended": tuple(mended), "troubles": (*told, *troubles),
+        "status": Status.DOUBTFUL if hopeless or doubts else Status.IDENTIFIED, "message": message,
+    }  # fmt: skip
+
+
+def _errors(trust, noise):
+    """Values and intervals in the usual order, with what noise on the force and named troubles add."""
+    fit, sure = trust.fit, trust.uncertainty
+    order = [fit.structure.names.index(name) for name in (*NAMES, *fit.structure.names[7:])]
+    value, half_width = fit.values[order], sure.half_width[order]
+    # A force that is seen with noise seems larger than it is, and the rig heavier and stiffer by that much.
+    if noise is not None:
+        value = value / (1 + noise**2)
+    else:
+        half_width = half_width + trust.force_share**2 * np.abs(value)
+    for trouble in trust.troubles:
+        half_width = half_width + np.abs(trouble.shift[order])
+    covariance = sure.covariance[np.ix_(order, order)]
+    return ParameterErrors(
+        tuple(fit.structure.names[i] for i in order), value, sure.standard_error[order], half_width, sure.bound[order],
+        covariance, sure.disagreement[order], _mode_half_widths(value, half_width, covariance),
+    )  # fmt: skip
+
+
+def _mode_half_widths(value, half_width, covariance):
+    """Of frequency and damping of the modes: what the parameters' errors make of them, to first order."""
+    modes = lambda values: _modes_of(values)  # noqa: E731
+    if modes(value) is None:
+        return np.full((2, 2), np.nan)
+    slopes = []
+    for index in range(6):
+        step = 1e-5 * max(abs(value[index]), 1e-12)
+        moved = [modes(value + sign * step * (np.arange(value.size) == index)) for sign in (1, -1)]
+        if any(found is None for found in moved):
+            return np.full((2, 2), np.nan)
+        slopes.append((moved[0] - moved[1]) / (2 * step))
+    slopes = np.array(slopes)
+    usual = np.sqrt(np.maximum(np.diag(covariance)[:6], 1e-300))
+    grown = covariance[:6, :6] * np.outer(half_width[:6] / usual, half_width[:6] / usual)
+    return np.sqrt(np.einsum("pmk,pq,qmk->mk", slopes, grown, slopes))
+
+
+def _modes_of(values):
+    try:
+        modes = oscillator_modes(OscillatorParameters(*np.maximum(values[:7], 0.0)))
+    except ValueError:
+        return None
+    return np.column_stack([modes.frequency, modes.damping]) if modes.frequency.size == 2 else None
+
+
+def _doubts(errors, trust, record, band):
+    doubts = []
+    left = np.sqrt(np.mean(np.abs(trust.fit.left) ** 2, axis=(0, 1)))
+    size = np.sqrt(np.mean(np.abs(trust.lines(trust.fit.modelled)) ** 2, axis=(0, 1)))
+    for name, share in zip(("shaker", "mass"), left / np.hypot(size, left), strict=True):
+        if share > _DROWNED:
+            doubts.append(f"the simulated rig leaves {100 * share:.2g} % of {name} unexplained")
+    scale = _scales(errors, record)
+    for trouble in trust.troubles:
+        order = [trust.fit.structure.names.index(name) for name in errors.names]
+        move = np.abs(trouble.shift[order]) / scale
+        if move.max() > _MOVES:
+            most = errors.names[int(move.argmax())]
+            doubts.append(f"{trouble.message}, which would move {most} by {100 * move.max():.2g} %")
+    wide = errors.half_width / scale
+    if (wide > _WIDE).any():
+        names = ", ".join(f"{name} (+- {100 * share:.2g} %)" for name, share in zip(errors.names, wide, strict=True) if share > _WIDE)
+        doubts.append(f"not determined by this record: {names}; {_help(wide.max(), errors, record, band)}")
+    odd = (errors.disagreement > 1) & (wide > _ODD)
+    if odd.any() and not doubts:
+        names = ", ".join(name for name, one in zip(errors.names, odd, strict=True) if one)
+        doubts.append(f"parts of the record disagree about {names} by more than noise allows, and no trouble that is known explains it")
+    return doubts
+
+
+def _scales(errors, record):
+    """What an error of each parameter is measured by: its value, or what would be felt beside the others."""
+    ms, ks, cs, m, c, k1, k3 = np.abs(errors.value[:7])
+    spread = record.relative.std() ** 2
+    least = [0, 0, 0.01 * np.sqrt(ks * ms), 0, 0.01 * np.sqrt((k1 + 3 * k3 * spread) * m), 0.3 * k3 * spread, 1e-4 * k1 / spread]
+    return np.maximum(np.abs(errors.value), [*least, *[0.0] * (errors.value.size - 7)]) + 1e-300
+
+
+def _help(worst, errors, record, band):
+    """What would narrow the intervals."""
+    modes = _modes_of(errors.value)
+    if modes is not None and ((modes[:, 0] < band[0]) | (modes[:, 0] > band[1])).all():
+        return f"no resonance lies in the band {band[0]:g} to {band[1]:g} Hz: give band= the rig's own"
+    times = (worst / _WIDE) ** 2
+    if times < 100:
+        return f"a record {times:.2g} times as long would do, or a cleaner one"
+    return "a longer or cleaner record, or a harder shake, is needed"
