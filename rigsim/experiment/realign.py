@@ -27,7 +27,9 @@ def realigned(record, delay=None, clock=None, reverse=(), swap=False, spikes=Non
     lasts = [np.searchsorted(places, n - 1, side="right") for places in at.values()]
     kept = slice(first, min(n, *lasts))
     moved = {
-        name: values[kept] if np.array_equal(at[name], np.arange(n)) else CubicSpline(np.arange(n), values)(at[name][kept])
+        name: values[kept]
+        if np.array_equal(at[name], np.arange(n))
+        else CubicSpline(np.arange(n), values)(at[name][kept])
         for name, values in channels.items()
     }
     tilt = None if record.tilt is None else record.tilt[kept]

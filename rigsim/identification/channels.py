@@ -29,7 +29,9 @@ def _clipped(name, values):
     if name == "force" or ends < 2 * _ENDS:
         return []
     share = 100 * ends / values.size
-    return [Trouble("clipping", f"{name} stands at its largest value for {ends} samples ({share:.2g} %): it is clipped")]
+    return [
+        Trouble("clipping", f"{name} stands at its largest value for {ends} samples ({share:.2g} %): it is clipped")
+    ]
 
 
 def _held(name, values):
@@ -41,7 +43,9 @@ def _held(name, values):
     if moves.size < 3 or np.ptp(values) / np.abs(np.diff(values)[~same]).min() < 300:
         return []  # few digits rather than few samples
     every = np.median(np.diff(moves))
-    return [Trouble("rate", f"{name} repeats {100 * share:.2g} % of its samples: it was sampled {every:g} times slower")]
+    return [
+        Trouble("rate", f"{name} repeats {100 * share:.2g} % of its samples: it was sampled {every:g} times slower")
+    ]
 
 
 def _poor_force(record, band, order):

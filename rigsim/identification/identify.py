@@ -1,5 +1,7 @@
 """`identify`: from a record to the underlying linear system, the cubic coefficient and the physical parameters."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 from scipy import signal
 
@@ -23,10 +25,12 @@ from .verdict import judged
 
 _MATRICES, _LINE, _SAMPLE = 8, 6e4, 1e3  # of all block rows, in memory at once; bytes a frequency and a sample
 _STEPS = 8  # of work
+_APART = 0.05  # of an output left: the channels may not belong together as they are told
+_BETTER = 1.5  # times less left once they are brought together
+
+
 @one_blas_thread
-def identify(
-    record, order=4, block_rows=40, band=(2, 80), conversion="force", *, terms=(), noise=None, progress=False
-):
+def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *, terms=(), noise=None, progress=False):
     """`Identification` of the rig from a random test.
 
     1. Extended inputs u = [f, -z^3], outputs [xs, x]; z = xs - x about the zero of the springs,
@@ -87,36 +91,25 @@ def identify(
         if not np.ptp(channel) > 1e-12 * np.abs(channel).max():
             raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
 
-    terms, noise_told = _checked_terms(terms), _checked_noise(noise)
+    terms, noise = _checked_terms(terms), _checked_noise(noise)
+    reading = {"order": order, "block_rows": block_rows, "band": band, "conversion": conversion, "terms": terms}
     with reporting(progress, _STEPS, "identification") as report:
-        told, trust = channel_troubles(record, band, order), None
-        mended, guess = [], None
-        if conversion == "force":
-            record, mended, guess = brought_together(record, band)
-        report(1)
-        singular_values, inputs, model, noise, unexplained = _model(record, order, block_rows, band, report)
-        extended = nsi.extended_receptance(model, frequency, record.hold, conversion)
-        if conversion == "force":
-            weight = _weights(inputs, noise, record.sample_rate, frequency)
-            fraction, values, misfit = _fit(frequency, extended, weight)
-            report(6)
-            trust = trusted(record, values, band, terms, () if guess is None else (np.append(guess.values, values[6]),))
-        else:
-            fraction, values, misfit = _paper_s_fit(frequency, extended)
+        found = _read(record, report, **reading)
+        mended = []
+        if conversion == "force" and found.trust.left.max() > _APART:
+            least = found.trust.left.max() / _BETTER
+            for together, troubles, guess in brought_together(record, band):
+                if not all(trouble.mend for trouble in troubles):
+                    mended = troubles
+                elif troubles:
+                    other = _read(together, report, guess=guess, **reading)
+                    if other.trust.left.max() < least:
+                        found, mended, least = other, troubles, other.trust.left.max()
+            if not np.isfinite(found.trust.left).all():
+                found = replace(found, trust=trusted(record, [found.values], band, terms, sensitive=True))
         report(_STEPS)
-    relative = (record if trust is None else trust.record).relative
-    folded = nsi.folded_share(relative, record.sample_rate, band)
-    h11, h21, h22 = fraction(frequency).T
-    known = {
-        "singular_values": singular_values, "modes": _modes(model), "frequency": frequency,
-        "extended_receptance": extended, "receptance": nsi.underlying_receptance(extended),
-        "fitted_receptance": np.stack([h11, h21, h21, h22], axis=1).reshape(-1, 2, 2), "fraction": fraction,
-        "nonlinear_coefficient": nsi.nonlinear_coefficient(extended), "misfit": misfit, "unexplained": unexplained,
-        "state_space": model, "hold": record.hold, "conversion": conversion,
-        "nominal": None if record.parameters is None else record.parameters.oscillator,
-        "read": OscillatorParameters(*np.maximum(values, 0.0)),
-    }  # fmt: skip
-    return Identification(**known, **judged(record, band, values, misfit, unexplained, folded, trust, mended, told, noise_told))
+    told = channel_troubles(record, band, order)
+    return found.told(record, told, mended, noise)
 
 
 def _paper_s_fit(frequency, extended):
@@ -127,6 +120,56 @@ def _paper_s_fit(frequency, extended):
     start = physical.parameters_of_fraction(fraction)
     values, misfit = physical.fit_parameters(model_of, distinct, 1 / np.abs(distinct), start)
     return fraction, np.append(values, nsi.nonlinear_coefficient(extended).real.mean()), misfit
+
+
+@dataclass(frozen=True, eq=False)
+class _Read:
+    """What the steps of `identify` made of a record."""
+
+    conversion: str
+    singular_values: np.ndarray
+    model: object
+    unexplained: np.ndarray
+    frequency: np.ndarray
+    extended: np.ndarray
+    fraction: object
+    values: np.ndarray
+    misfit: float
+    trust: object
+
+    def told(self, record, channels, mended, noise):
+        """As an `Identification`."""
+        h11, h21, h22 = self.fraction(self.frequency).T
+        fitted = np.stack([h11, h21, h21, h22], axis=1).reshape(-1, 2, 2)
+        used, band = record if self.trust is None else self.trust.record, (self.frequency[0], self.frequency[-1])
+        folded = nsi.folded_share(used.relative, used.sample_rate, band)
+        nominal = None if record.parameters is None else record.parameters.oscillator
+        return Identification(
+            singular_values=self.singular_values, modes=_modes(self.model), frequency=self.frequency,
+            extended_receptance=self.extended, receptance=nsi.underlying_receptance(self.extended),
+            fitted_receptance=fitted, fraction=self.fraction,
+            nonlinear_coefficient=nsi.nonlinear_coefficient(self.extended), misfit=self.misfit,
+            unexplained=self.unexplained, state_space=self.model, hold=used.hold, conversion=self.conversion,
+            nominal=nominal, read=OscillatorParameters(*np.maximum(self.values, 0.0)),
+            **judged(used, band, self.values, self.misfit, folded, self.trust, mended, channels, noise),
+        )  # fmt: skip
+
+
+def _read(record, report, order, block_rows, band, conversion, terms, guess=None):
+    """Steps 1 to 6 of `identify`; ``guess`` are ms, ks, cs, m, c, k1 from elsewhere."""
+    frequency = frequencies(band, record.sample_rate)
+    singular_values, inputs, model, noise, unexplained = _model(record, order, block_rows, band, report)
+    extended = nsi.extended_receptance(model, frequency, record.hold, conversion)
+    trust = None
+    if conversion == "force":
+        weight = _weights(inputs, noise, record.sample_rate, frequency)
+        fraction, values, misfit = _fit(frequency, extended, weight)
+        report(6)
+        starts = [values] if guess is None else [values, np.append(guess, 0.0), np.append(guess, values[6])]
+        trust = trusted(record, starts, band, terms)
+    else:
+        fraction, values, misfit = _paper_s_fit(frequency, extended)
+    return _Read(conversion, singular_values, model, unexplained, frequency, extended, fraction, values, misfit, trust)
 
 
 def _refuse_endless(record, block_rows, band):
@@ -147,7 +190,9 @@ def _checked_terms(terms):
     names = [*physical.NAMES, *(term.name for term in terms)]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"terms name {name} twice; expected names of their own, none of {', '.join(physical.NAMES)}")
+            raise ValueError(
+                f"terms name {name} twice; expected names of their own, none of {', '.join(physical.NAMES)}"
+            )
     return tuple(terms)
 
 

@@ -34,12 +34,14 @@ class Fit:
         In the order of the structure's names.
     starts : ndarray, shape (parts, 2 d)
         First states.
-    modelled, columns : ndarray, shapes (n, q) and (n, q, parameters + 2 d parts)
-        Outputs, and their derivatives.
-    left : Lines
-        What the model leaves of the outputs.
-    information : ndarray, shape (parameters + 2 d parts, same)
-        Fisher's, of all that was fitted; its inverse is their covariance.
+    outputs, modelled : ndarray, shape (n, q)
+        As recorded, and of the rig.
+    columns : ndarray, shape (n, q, parameters)
+        Their derivatives, without what other first states would do as well.
+    left : ndarray, shape (blocks, lines, q)
+        Lines of what the model leaves of the outputs.
+    freed : Freed
+        Takes from any column what first states and constants of the sensors would do as well.
     settled : bool
         Whether the last step was small against the standard errors.
     """
@@ -48,11 +50,50 @@ class Fit:
     run: Run
     values: np.ndarray
     starts: np.ndarray
+    outputs: np.ndarray
     modelled: np.ndarray
     columns: np.ndarray
-    left: "Lines"
-    information: np.ndarray
+    left: np.ndarray
+    freed: "Freed"
     settled: bool
+
+
+class Freed:
+    """Channels without what the first states of the parts, and a constant of each sensor in each part, can do.
+
+    Made of the derivatives by the first states, (n, q, 2 d), and the deviation of the noise of each output (q,).
+    """
+
+    def __init__(self, run, columns, noise):
+        self._noise, self._parts = noise, []
+        n, q, states = columns.shape
+        for part in run.parts():
+            size = part.stop - part.start
+            own = np.zeros((size, q, states + q))
+            own[..., :states] = columns[part]
+            own[:, np.arange(q), states + np.arange(q)] = 1.0
+            basis, triangle = np.linalg.qr((own / noise[:, None]).reshape(size * q, -1))
+            kept = np.abs(np.diag(triangle)) > 1e-12 * np.abs(triangle).max()
+            self._parts.append((part, basis[:, kept], triangle[np.ix_(kept, kept)], kept, states))
+
+    def __call__(self, channels):
+        """The rest of channels (n, q, ...)."""
+        found = np.empty_like(channels)
+        shape = (slice(None), *[None] * (channels.ndim - 2))
+        for part, basis, *_ in self._parts:
+            flat = (channels[part] / self._noise[shape]).reshape(len(basis), -1)
+            rest = flat - basis @ (basis.T @ flat)
+            found[part] = rest.reshape(channels[part].shape) * self._noise[shape]
+        return found
+
+    def states(self, left):
+        """Steps of the first states, (parts, 2 d), that take most of ``left`` (n, q)."""
+        steps = []
+        for part, basis, triangle, kept, states in self._parts:
+            step = np.zeros(kept.size)
+            step[kept] = np.linalg.solve(triangle, basis.T @ (left[part] / self._noise).ravel())
+            steps.append(step[:states])
+        return np.array(steps)
 
 
 class FitError(ValueError):
@@ -99,40 +140,51 @@ def normal_equations(columns, left, weights):
     return (flat.conj().T @ columns.reshape(-1, p)).real, (flat.conj().T @ left.ravel()).real
 
 
-def fit(structure, values, run, outputs, band, reach):
-    """`Fit` of a structure to ``outputs`` (n, q), from starting ``values``."""
-    d, parts, count = len(structure.masses), len(run.begins), len(values)
+@np.errstate(all="ignore")  # on its way a fit may try a rig that flies apart
+def fit(structure, values, run, outputs, band, reach, starts=None):
+    """`Fit` of a structure to ``outputs`` (n, q), from starting ``values`` and, by default, from rest."""
+    d, count = len(structure.masses), len(values)
     lines = Lines(run.sample_rate, len(outputs), band)
-    starts, step = np.zeros((parts, 2 * d)), None
+    starts, step = np.zeros((len(run.begins), 2 * d)) if starts is None else starts, None
     lost, stages, before = 0.0, iter((_white, _white, noise_weights)), None
     weigh = next(stages)
     for _ in range(_STEPS):
         coarse, columns = simulate(structure, values, run, starts, reach, range(count))
-        modelled, columns = coarse + lost, _by_part(columns, run, count, d)
-        left = lines(about_means(outputs - modelled, run))
-        if not np.isfinite(left).all() and step is None:
-            raise FitError("the motion of the rig it starts from grows without end")
-        if before is not None and not _cost(left, weights) < before * (1 + 1e-3):  # too far
-            step = step / 4
-            values, starts = values - 3 * step[:count], starts - 3 * step[count:].reshape(parts, 2 * d)
+        modelled = coarse + lost
+        if not (np.isfinite(modelled).all() and np.isfinite(columns).all()):
+            if step is None:
+                raise FitError("the motion of the rig it starts from grows without end")
+            left = None
+        else:
+            rest = outputs - modelled
+            freed = Freed(run, columns[..., count:], np.maximum(rest.std(axis=0), 1e-14 * outputs.std(axis=0)))
+            left = lines(freed(rest))
+        if left is None or (before is not None and not _cost(left, weights) < before * (1 + 1e-3)):  # too far
+            step, moved = step / 4, moved / 4
+            values, starts = values - 3 * step, starts - 3 * moved
             continue
         weights = weigh(left)
         before = _cost(left, weights)
-        information, slope = normal_equations(lines(columns), left, weights)
+        columns = columns[..., :count]
+        own = freed(columns)
+        information, slope = normal_equations(lines(own), left, weights)
         covariance = inverse(information)
         step = covariance @ slope
-        step *= min(1.0, *(0.5 * values[:d] / np.maximum(np.abs(step[:d]), 1e-300)))  # masses stay positive
-        size = np.abs(step[:count] / np.sqrt(np.diag(covariance)[:count])).max()
-        if size < _SETTLED and weigh is noise_weights:
-            break
         if not np.isfinite(step).all():
             raise FitError("the record does not hold its parameters")
+        step *= min(1.0, *(0.5 * values[:d] / np.maximum(np.abs(step[:d]), 1e-300)))  # masses stay positive
+        moved = freed.states(rest - columns @ step)
+        size = np.abs(step / np.sqrt(np.maximum(np.diag(covariance), 1e-300))).max()
+        if size < _SETTLED and weigh is noise_weights:
+            break
         if size < (_SETTLED if np.ndim(lost) else _NEAR) and weigh is not noise_weights:
             if np.ndim(lost) == 0:
                 lost = _lost(structure, values, run, starts, reach, coarse, outputs)
             weigh, before = next(stages), None
-        values, starts = values + step[:count], starts + step[count:].reshape(parts, 2 * d)
-    return Fit(structure, run, values, starts, modelled, columns, left, information, size < _SETTLED)
+        values, starts = values + step, starts + moved
+    if left is None:
+        raise FitError("no step towards the record is small enough")
+    return Fit(structure, run, values, starts, outputs, modelled, own, left, freed, size < _SETTLED)
 
 
 def inverse(information):
@@ -151,11 +203,6 @@ def _lost(structure, values, run, starts, reach, coarse, outputs):
     return four + (four - two) / 15 - coarse
 
 
-def about_means(rest, run):
-    """What is left, without its mean in each part: constants of the sensors."""
-    return np.concatenate([rest[part] - rest[part].mean(axis=0) for part in _slices(run)])
-
-
 def _white(left):
     """Weights of noise that is white, and another in each output."""
     return np.broadcast_to(np.diag(1 / np.mean(np.abs(left) ** 2, axis=(0, 1))), (left.shape[1], *[left.shape[2]] * 2))
@@ -168,19 +215,3 @@ def about_means(rest, run):
 
 def _cost(left, weights):
     return np.einsum("bli,lij,blj->", left.conj(), weights, left).real
-
-
-def _slices(run):
-    return [slice(*ends) for ends in zip(run.begins, (*run.begins[1:], run.force.size), strict=True)]
-
-
-def _by_part(columns, run, count, d):
-    """Columns with those of the first state spread over as many parts."""
-    parts = _slices(run)
-    if len(parts) == 1:
-        return columns
-    spread = np.zeros((*columns.shape[:2], count + 2 * d * len(parts)))
-    spread[..., :count] = columns[..., :count]
-    for number, part in enumerate(parts):
-        spread[part, :, count + 2 * d * number : count + 2 * d * (number + 1)] = columns[part, :, count:]
-    return spread

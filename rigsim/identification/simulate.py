@@ -6,10 +6,11 @@ coefficients and first state obey the derivative of that equation and are integr
 Runge-Kutta rule, so they are those of the computed motion to rounding. Between samples the force is a polynomial.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import make_interp_spline
 
 from ..campaign.stop import sliced
 from ..compiled import compiled
@@ -19,6 +20,7 @@ _SLICE = 20_000  # samples at a time, some 0.1 s
 _POINTS = 1024  # of a law's table, which holds a cubic to rounding
 _REACH = 3.0  # times what was met: a fit goes beyond the record's motion
 _ANGLE = 0.2  # rad of the fastest mode in a step, of which 2e-4 are lost, a sixteenth with each halving
+_SMOOTH = 5  # degree of the splines that a band-limited force is
 _MOST = 50  # steps a sample
 _TIMES = np.array([0.0, 0.5, 0.5, 1.0])
 _WEIGHTS = np.array([1.0, 2.0, 2.0, 1.0]) / 6
@@ -64,15 +66,21 @@ class Run:
     hold: str
     begins: tuple = (0,)
 
+    def parts(self):
+        """Slices of the samples of each part."""
+        return [slice(*ends) for ends in zip(self.begins, (*self.begins[1:], self.force.size), strict=True)]
+
     def pieces(self):
-        """The force over each sample interval, a cubic of the time in it (s): coefficients, lowest first, (n, 4)."""
-        found = np.zeros((self.force.size, 4))
-        found[:, 0] = self.force
+        """The force over each sample interval, a polynomial of the time in it (s): coefficients, lowest first, (n, k)."""
+        if self.hold == "zero":
+            return self.force[:, None]
         if self.hold == "linear":
-            found[:-1, 1] = np.diff(self.force) * self.sample_rate
-        elif self.hold == "band-limited":
-            found[:-1] = CubicSpline(np.arange(self.force.size) / self.sample_rate, self.force).c[::-1].T
-        return found
+            return np.column_stack([self.force, np.append(np.diff(self.force), 0.0) * self.sample_rate])
+        samples = np.arange(self.force.size)
+        spline = make_interp_spline(samples, self.force, k=_SMOOTH)
+        return np.column_stack([
+            spline(samples, power) * self.sample_rate**power / math.factorial(power) for power in range(_SMOOTH + 1)
+        ])  # fmt: skip
 
 
 def simulate(structure, values, run, starts, reach, wanted=(), extra=None, finer=1):
@@ -118,13 +126,13 @@ def simulate(structure, values, run, starts, reach, wanted=(), extra=None, finer
     if not steps <= _MOST * finer:  # no rig that was sampled so slowly
         return np.full_like(outputs, np.nan), np.full_like(columns, np.nan)
     state, slopes = np.empty(2 * d), np.empty((2 * d, derived.size))
-    for first, last, start in zip(run.begins, (*run.begins[1:], run.force.size), starts, strict=True):
+    for whole, start in zip(run.parts(), starts, strict=True):
         state[:] = start
         slopes[:] = 0.0
         if derived.size:
             slopes[np.arange(2 * d), len(wanted) + np.arange(2 * d)] = 1.0
-        for part in sliced(last - first, _SLICE):
-            part = slice(first + part.start, first + part.stop)
+        for part in sliced(whole.stop - whole.start, _SLICE):
+            part = slice(whole.start + part.start, whole.start + part.stop)
             _march(
                 state, slopes, forces[part], extra[part], interval, int(steps), masses, np.array(structure.driven, float),
                 coefficients, structure.directions(), of_velocity, bent, tables, low, step, derived, sensed,
@@ -137,9 +145,15 @@ def _fastest(structure, values, reach):
     """Largest angular frequency of the rig with its laws as stiff as they get (rad/s)."""
     d = len(structure.masses)
     stiffness = np.zeros((d, d))
-    for term, coefficient, most, direction in zip(structure.terms, values[d:], reach, structure.directions(), strict=True):
+    for term, coefficient, most, direction in zip(
+        structure.terms, values[d:], reach, structure.directions(), strict=True
+    ):
         if term.of == "displacement":
-            tangent = 1.0 if term.law is None else np.abs(np.gradient(term.law(np.linspace(-most, most, 201)))).max() * 100 / most
+            tangent = (
+                1.0
+                if term.law is None
+                else np.abs(np.gradient(term.law(np.linspace(-most, most, 201)))).max() * 100 / most
+            )
             stiffness += abs(coefficient) * tangent * np.outer(direction, direction)
     root = 1 / np.sqrt(values[:d])
     return np.sqrt(np.linalg.eigvalsh(root[:, None] * stiffness * root)[-1])
@@ -212,7 +226,9 @@ def _march(
                         x[i] = state[i] + ahead * rate[i]
                         for j in range(count):
                             dx[i, j] = slopes[i, j] + ahead * drate[i, j]
-                f = forces[k, 0] + t * (forces[k, 1] + t * (forces[k, 2] + t * forces[k, 3]))
+                f = forces[k, -1]
+                for power in range(forces.shape[1] - 2, -1, -1):
+                    f = forces[k, power] + t * f
                 for i in range(d):
                     rate[i] = x[d + i]
                     force = driven[i] * f / masses[i]

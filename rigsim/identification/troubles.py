@@ -58,7 +58,7 @@ class Candidate:
 def suspected(fit, lines, candidates, most=3):
     """Of the candidates, at most so many that explain what a fit leaves, `Trouble` each: the best, then the best beside."""
     own, left, found = lines(fit.columns), fit.left, []
-    transformed = [(candidate, lines(candidate.column)) for candidate in candidates]
+    transformed = [(candidate, lines(fit.freed(candidate.column))) for candidate in candidates]
     while len(found) < most:
         weights = noise_weights(left)
         weighted = np.einsum("lij,bljp->blip", weights, own)
@@ -189,8 +189,14 @@ def library(structure, reach, motion, velocity):
 def _forces_and_terms(fit, record, motion, velocity, reach):
     structure, d, dt = fit.structure, len(fit.structure.masses), 1 / record.sample_rate
     held = {(term.between, term.of, _shape(term)) for term in structure.terms}
-    more = [row for row in library(structure, reach, motion, velocity) if (row[0].between, row[0].of, _shape(row[0])) not in held]
-    wide = Structure(structure.masses, (*structure.terms, *(term for term, _, _ in more)), structure.sensors, structure.driven)
+    more = [
+        row
+        for row in library(structure, reach, motion, velocity)
+        if (row[0].between, row[0].of, _shape(row[0])) not in held
+    ]
+    wide = Structure(
+        structure.masses, (*structure.terms, *(term for term, _, _ in more)), structure.sensors, structure.driven
+    )
     values = np.concatenate([fit.values, np.zeros(len(more))])
     far = np.concatenate([reach, [most for _, _, most in more]])
     force = record.force - record.force.mean()
@@ -201,13 +207,22 @@ def _forces_and_terms(fit, record, motion, velocity, reach):
         told = lambda size, term=term, where=where: f"{where} seems to be there too, {size:.3g} {term.unit}"  # noqa: E731
         yield Candidate("term", columns[..., place], told, lambda size, term=term: {"terms": (term,)})
     first = len(more) + 2 * d
-    yield Candidate("AC coupling", columns[..., first], lambda size: f"the force looks AC coupled, at {size / (2 * np.pi):.2g} Hz")
-    yield Candidate("sensor", columns[..., first + 1], lambda size: f"the force sensor is not linear: {size:.2g} times its cube")
+    yield Candidate(
+        "AC coupling", columns[..., first], lambda size: f"the force looks AC coupled, at {size / (2 * np.pi):.2g} Hz"
+    )
+    yield Candidate(
+        "sensor", columns[..., first + 1], lambda size: f"the force sensor is not linear: {size:.2g} times its cube"
+    )
     usual = simulate(structure, fit.values, fit.run, fit.starts, reach)[0]
     for hold in ("zero", "linear", "band-limited"):
         if hold != record.hold:
             other = simulate(structure, fit.values, replace(fit.run, hold=hold), fit.starts, reach)[0]
-            yield Candidate("hold", other - usual, lambda size, hold=hold: f'hold = "{hold}" fits better', lambda size, hold=hold: {"hold": hold})
+            yield Candidate(
+                "hold",
+                other - usual,
+                lambda size, hold=hold: f'hold = "{hold}" fits better',
+                lambda size, hold=hold: {"hold": hold},
+            )
 
 
 def _shape(term):

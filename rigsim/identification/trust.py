@@ -4,24 +4,27 @@ In order: the channels by themselves, then brought together by their linear resp
 record best, then what it leaves, mended where that has one cure and named where it has none.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import signal
 from scipy.optimize import nnls
 
 from .alignment import drifting_delays, linear_response, readings
 from .channels import breaks, spikes
-from .likelihood import FitError, Lines, about_means, fit
-from .simulate import Run, Structure
+from .likelihood import FitError, Lines, fit
+from .simulate import Run, Structure, simulate
 from .terms import CUBIC, LINEAR
 from .troubles import Trouble, candidates, suspected
 from .uncertainty import uncertainty
 
 MASSES = ("ms", "m")
 _BETTER = 3.0  # times less left, for another order, sign or quantity of the channels
-_LATE = 0.75  # samples, from the linear response, which a strong spring bends
+_LATE = 0.3  # samples, from the linear response, which a strong spring bends
 _DRIFT = 0.15  # samples over the record
 _ROUNDS = 4
+_LOST = 0.3  # of an output left by a rig that cannot be foretold so far, ...
+_FORETOLD = (8, 4, 2)  # periods of its shaker, but for so long
 _MOST = 0.5  # of what is left
 _FAR = 10  # samples
 _MATTERS = 1e-3  # of a parameter
@@ -44,6 +47,8 @@ class Trust:
         As it was read in the end.
     force_share : float
         Noise on the recorded force, or a force that is not in it, that would leave what is left, over the force.
+    left : ndarray, shape (q,)
+        Rms of what the rig leaves of each output over the band, over that output; infinite where there is no rig.
     """
 
     fit: object
@@ -53,49 +58,68 @@ class Trust:
     troubles: list
     record: object
     force_share: float
+    left: np.ndarray
 
 
 def brought_together(record, band):
-    """The record with channels in order, by their linear response, and the `Trouble` that each mend was."""
+    """Ways to bring the channels of a record together, by their linear response.
+
+    Returns
+    -------
+    list of (Record, list of Trouble, ndarray or None)
+        Each with what was wrong, the last of which no other record mends where it has no ``mend``, and the ms, ks, cs,
+        m, c, k1 that its response shows.
+    """
     mended = []
     time, delay = drifting_delays(record, band)
-    for names, late in _together(("shaker", "mass"), delay, record.sample_rate):
+    for names, late in _together(delay, record.sample_rate, _DRIFT):
         trouble = _drift(names, time, late, record.sample_rate)
         mended += [trouble] if trouble else []
+    if any(not trouble.mend for trouble in mended):
+        return [(record, mended, None)]
     for trouble in mended:
         record = record.realigned(**trouble.mend)
-    if any(not trouble.mend for trouble in mended):
-        return record, mended, None
     found = readings(*linear_response(record, band), record.sample_rate)
     if not found:
-        return record, mended, None
+        return [(record, mended, None)]
     best = found[0]
     usual = [reading for reading in found if (reading.order, reading.signs, reading.power) == ((0, 1), (1, 1), 0)]
     if best not in usual and (not usual or best.left < usual[0].left / _BETTER) and best.share < 0.3:
-        trouble = _read_otherwise(best)
-        mended.append(trouble)
-        if not trouble.mend:
-            return record, mended, best
-        record = record.realigned(**trouble.mend)
+        mended.append(_read_otherwise(best))
+        if not mended[-1].mend:
+            return [(record, mended, best.values)]
+        record = record.realigned(**mended[-1].mend)
     elif usual:
         best = usual[0]
-    half = 0.5 / record.sample_rate if record.hold == "zero" else 0.0
-    late = best.delays - half
-    if best.share < 0.1 and np.abs(late).max() * record.sample_rate > _LATE:
-        wrong = _wrong_hold(record, late)
-        if wrong:
-            return record.replace(hold=wrong.mend["hold"]), [*mended, wrong], best
-        for names, delay in _together(("shaker", "mass"), late[None], record.sample_rate):
-            if abs(delay[0]) * record.sample_rate > _LATE:
-                mended.append(_delay_trouble(names, delay[0], record.sample_rate))
-                record = record.realigned(**mended[-1].mend)
-    return record, mended, best
+    return [(*way, best.values) for way in _in_time(record, mended, best)]
 
 
-def _together(names, delays, rate):
-    """Channels that are late alike as one group."""
-    if np.abs(delays[:, 0] - delays[:, 1]).max() * rate < max(_DRIFT, 0.02 * np.abs(delays).max() * rate):
-        return [(names, delays.mean(axis=1))]
+def _in_time(record, mended, best):
+    """Records without the constant delays of a reading, each with what was wrong."""
+    rate = record.sample_rate
+    late = best.delays - (0.5 / rate if record.hold == "zero" else 0.0)
+    if best.share > 0.1 or np.abs(late).max() * rate < _LATE:
+        return [(record, mended)]
+    ways, delays = [], []
+    for names, delay in _together(late[None], rate, 2 * _LATE):
+        delays += [_delay_trouble(names, delay[0], rate)] if abs(delay[0]) * rate > _LATE else []
+    together = record
+    for trouble in delays:
+        together = together.realigned(**trouble.mend)
+    expected = -0.5 if record.hold == "zero" else 0.5
+    if abs(late[0] * rate - expected) < 0.1 and abs(late[1] * rate - expected) < 2 * _LATE:
+        for hold in ("linear", "band-limited") if record.hold == "zero" else ("zero",):
+            early = "early" if expected < 0 else "late"
+            message = f'hold = "{hold}" fits better than "{record.hold}" (or the outputs are half a sample {early})'
+            ways.append((record.replace(hold=hold), [*mended, Trouble("hold", message, {"hold": hold})]))
+    return [*ways, (together, [*mended, *delays])]
+
+
+def _together(delays, rate, near):
+    """Names and delay of shaker and mass, as one where these are late alike, to so many samples."""
+    names = ("shaker", "mass")
+    if np.abs(delays[:, 0] - delays[:, 1]).max() * rate < max(near, 0.02 * np.abs(delays).max() * rate):
+        return [(names, delays[:, 0])]  # the shaker's is the surer one
     return [((name,), column) for name, column in zip(names, delays.T, strict=True)]
 
 
@@ -139,7 +163,11 @@ def _read_otherwise(reading):
         mend["swap"] = True
     wrong = [name for name, sign in zip(("shaker", "mass"), reading.signs, strict=True) if sign < 0]
     if wrong:
-        said.append("the force is reversed, or both sensors are" if len(wrong) == 2 else f"the sensor of the {wrong[0]} is reversed")
+        said.append(
+            "the force is reversed, or both sensors are"
+            if len(wrong) == 2
+            else f"the sensor of the {wrong[0]} is reversed"
+        )
         mend["reverse"] = tuple(wrong)
     if reading.power:
         said.append(f"the outputs look like {_READS[reading.power]}, not displacements")
@@ -147,67 +175,119 @@ def _read_otherwise(reading):
     return Trouble("order" if not reading.power else "quantity", "; ".join(said), mend)
 
 
-def _wrong_hold(record, late):
-    """Whether both outputs are late by the half sample that another hold would explain."""
-    half = 0.5 / record.sample_rate
-    for hold, expected in (("linear", -half), ("zero", half)):
-        if np.abs(late - expected).max() < 0.12 / record.sample_rate and (record.hold == "zero") == (hold != "zero"):
-            return Trouble(
-                "hold", f'hold = "{hold}" fits better than "{record.hold}" (or the outputs are half a sample '
-                f'{"early" if expected < 0 else "late"})', {"hold": hold},
-            )  # fmt: skip
-    return None
+def trusted(record, starts, band, terms=(), sensitive=False):
+    """`Trust` in a record of displacements.
 
-
-def trusted(record, values, band, terms=(), others=()):
-    """`Trust` in a record of displacements, from parameters to start from and troubles that were ``mended`` already.
-
-    ``values`` are ms, ks, cs, m, c, k1, k3, ``others`` more of them to start from.
+    ``starts`` are some ms, ks, cs, m, c, k1, k3 to start from. A motion may be so ``sensitive`` that it cannot be
+    foretold from its first state: then it is cut into parts, each with a first state of its own.
     """
     structure = Structure(MASSES, (*LINEAR, CUBIC, *terms), tuple((i, "displacement") for i in range(2)), (1.0, 0.0))
-    begins, mended = (0,), []
-    best = _best_start(structure, record, [values, *others], band)
+    lines = Lines(record.sample_rate, record.force.size, band)
+    try:
+        best = _in_parts(structure, record, starts, band) if sensitive else _whole(structure, record, starts, band)
+        left = _left(best, lines)
+        if not left.max() < (1.0 if sensitive else _LOST):
+            raise FitError(f"the likeliest one leaves {100 * left.max():.2g} % of an output")
+    except FitError as error:
+        trouble = Trouble("fit", f"no rig of this kind repeats the record: {error}")
+        return Trust(None, lines, None, [], [trouble], record, 0.0, np.full(2, np.inf))
+    begins = best.run.begins
+    mended, parts = [], len(begins) > 1
     for _ in range(_ROUNDS):
-        outputs, run, reach = _given(structure, record, begins)
-        best = fit(structure, best.values if hasattr(best, "values") else best, run, outputs, band, reach)
-        lines = Lines(record.sample_rate, len(outputs), band)
-        rest = about_means(outputs - best.modelled, run)
-        found = suspected(best, lines, candidates(best, record, reach))
-        cure = None if found and found[0].explains > _MOST else _cure(record, rest, begins, mended)
+        lines = Lines(record.sample_rate, record.force.size, band)
+        found = suspected(best, lines, candidates(best, record, _given(structure, record, begins)[2]))
+        cure = None
+        if not parts and not (found and found[0].explains > _MOST):
+            cure = _cure(record, best.freed(_given(structure, record, begins)[0] - best.modelled), begins, mended)
+        timing = (
+            [] if cure or len(begins) > 1 else [trouble for trouble in found[:1] if _mendable(trouble, best, record)]
+        )
         if cure:
-            trouble, record, begins = cure
-            mended.append(trouble)
-            continue
-        timing = [trouble for trouble in found[:1] if trouble.name in _MENDABLE and len(begins) == 1]
-        timing = [trouble for trouble in timing if _matters(trouble, best.values) and trouble.explains > _MOST / 2]
-        timing = [trouble for trouble in timing if trouble.name == "clock" or abs(trouble.size) * record.sample_rate < _FAR]
-        if not timing or len(mended) >= _ROUNDS:
+            trouble, cured, anew = cure
+        elif timing:
+            (trouble,), anew = timing, begins
+            cured = record.realigned(**trouble.mend)
+        else:
             break
-        mended.append(timing[0])
-        record = record.realigned(**timing[0].mend)
-    sure = uncertainty(best, lines)
-    share = _force_share(best, lines, record)
-    return Trust(best, lines, sure, mended, found, record, share)
+        outputs, run, reach = _given(structure, cured, anew)
+        try:
+            again = fit(structure, best.values, run, outputs, band, reach, _states(run, outputs) if cure else None)
+        except FitError:
+            break
+        if not _left(again, Lines(cured.sample_rate, cured.force.size, band)).max() < 1:
+            break
+        best, record, begins = again, cured, anew
+        mended.append(trouble)
+    lines = Lines(record.sample_rate, record.force.size, band)
+    return Trust(
+        best, lines, uncertainty(best, lines), mended, found, record, _force_share(best, lines, record),
+        _left(best, lines),
+    )  # fmt: skip
+
+
+def _left(fitted, lines):
+    left = np.mean(np.abs(fitted.left) ** 2, axis=(0, 1))
+    return np.sqrt(left / np.mean(np.abs(lines(fitted.outputs - fitted.outputs.mean(axis=0))) ** 2, axis=(0, 1)))
+
+
+def _whole(structure, record, starts, band):
+    outputs, run, reach = _given(structure, record, (0,))
+    return fit(structure, _best_start(structure, record, starts, band), run, outputs, band, reach)
+
+
+def _in_parts(structure, record, starts, band):
+    """The fit to parts that are as long as can be."""
+    lines, found = Lines(record.sample_rate, record.force.size, band), None
+    outputs, run, reach = _given(structure, record, (0,))
+    values = _ordered(starts[0], structure)
+    for periods in _FORETOLD:
+        short = max(16, int(periods * record.sample_rate * 2 * np.pi / np.sqrt(values[2] / values[0])))
+        run = replace(run, begins=tuple(range(0, max(1, len(outputs) - short // 2), short)))
+        try:
+            pieces = fit(structure, values, run, outputs, band, reach, _states(run, outputs))
+        except FitError:
+            continue
+        if found is None or (_left(pieces, lines) < _left(found, lines) / 3).any():
+            found = pieces
+        if _left(found, lines).max() < _LOST / 10:
+            break
+    if found is None:
+        raise FitError("its motion grows without end")
+    return found
+
+
+def _states(run, outputs):
+    """First states of the parts as the outputs show them, (parts, 2 d)."""
+    motion = outputs - outputs.mean(axis=0)
+    velocity = signal.savgol_filter(motion, 9, 3, deriv=1, delta=1 / run.sample_rate, axis=0)
+    return np.hstack([motion, velocity])[list(run.begins)]
+
+
+def _mendable(trouble, best, record):
+    """Whether a delay or a clock is sure and matters, and no larger than a linear step tells."""
+    if trouble.name not in _MENDABLE or trouble.explains < _MOST / 2:
+        return False
+    near = trouble.name == "clock" or abs(trouble.size) * record.sample_rate < _FAR
+    return near and (np.abs(trouble.shift) > _MATTERS * np.abs(best.values)).any()
+
+
+def _ordered(values, structure):
+    """ms, ks, cs, m, c, k1, k3 in the order of the structure's names, none that no rig can have."""
+    ms, ks, cs, m, c, k1, k3 = np.maximum(values, [1e-6, 1e-6, 0, 1e-6, 0, 0, -np.inf])
+    return np.array([ms, m, ks, cs, c, k1, k3, *[0.0] * (len(structure.terms) - 5)])
 
 
 def _best_start(structure, record, starts, band):
     """Of some parameters those under which the rig repeats the record best."""
-    from .simulate import simulate
-
     outputs, run, reach = _given(structure, record, (0,))
     lines, costs = Lines(record.sample_rate, len(outputs), band), []
+    ordered = [_ordered(values, structure) for values in starts]
+    if len(ordered) == 1:
+        return ordered[0]
     size = np.abs(lines(outputs)).std(axis=(0, 1))
-    ordered = []
-    for values in starts:
-        ms, ks, cs, m, c, k1, k3 = values
-        low = np.array([1e-6, 1e-6, 0, 1e-6, 0, 0, -np.inf])
-        ms, ks, cs, m, c, k1, k3 = np.maximum(values, low)
-        ordered.append(np.array([ms, m, ks, cs, c, k1, k3, *[0.0] * (len(structure.terms) - 5)]))
-        modelled = simulate(structure, ordered[-1], run, np.zeros((1, 4)), reach)[0]
-        left = lines(about_means(outputs - modelled, run)) / size
-        costs.append(np.nan_to_num(np.sum(np.abs(left) ** 2), nan=np.inf))
-    if not np.isfinite(costs).any():
-        raise FitError("the motion of the rig it starts from grows without end")
+    for values in ordered:
+        rest = outputs - simulate(structure, values, run, np.zeros((1, 4)), reach)[0]
+        costs.append(np.nan_to_num(np.sum(np.abs(lines(rest - rest.mean(axis=0)) / size) ** 2), nan=np.inf))
     return ordered[int(np.argmin(costs))]
 
 
@@ -227,21 +307,30 @@ def _cure(record, rest, begins, mended):
     names = ("shaker", "mass")
     size = np.array([record.shaker.std(), record.mass.std()])
     out = spikes(rest, size)
-    if any(places.size for places in out) and sum(map(len, out)) < record.force.size / 100 and not _named(mended, "spikes"):
-        said = [f"{len(places)} of {name}, the first at {places[0] / record.sample_rate:.4g} s" for name, places in zip(names, out, strict=True) if len(places)]
-        trouble = Trouble("spikes", f"single samples stand out: {'; '.join(said)}", {"spikes": {n: p for n, p in zip(names, out, strict=True) if len(p)}})
+    if (
+        any(places.size for places in out)
+        and sum(map(len, out)) < record.force.size / 100
+        and not _named(mended, "spikes")
+    ):
+        said = [
+            f"{len(places)} of {name}, the first at {places[0] / record.sample_rate:.4g} s"
+            for name, places in zip(names, out, strict=True)
+            if len(places)
+        ]
+        trouble = Trouble(
+            "spikes",
+            f"single samples stand out: {'; '.join(said)}",
+            {"spikes": {n: p for n, p in zip(names, out, strict=True) if len(p)}},
+        )
         return trouble, record.realigned(**trouble.mend), begins
     places = breaks(rest, size, record.sample_rate)
     if places and not _named(mended, "break"):
         said = ", ".join(f"{place / record.sample_rate:.4g}" for place in places)
-        trouble = Trouble("break", f"the motion begins anew at {said} s: samples lost or repeated, runs joined, or a knock")
+        trouble = Trouble(
+            "break", f"the motion begins anew at {said} s: samples lost or repeated, runs joined, or a knock"
+        )
         return trouble, record, (0, *places)
     return None
-
-
-def _matters(trouble, values):
-    """Whether a trouble moves any parameter by more than a thousandth."""
-    return (np.abs(trouble.shift) > _MATTERS * np.abs(values)).any()
 
 
 def _named(troubles, name):

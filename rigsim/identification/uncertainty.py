@@ -45,7 +45,10 @@ def uncertainty(fit, lines):
     shared = np.einsum("blip,lij,bljq->pq", weighted.conj(), _spectra(fit.left), weighted, optimize=True).real
     covariance = covariance @ shared @ covariance
     error = np.sqrt(np.diag(covariance)[:count])
-    pulls = np.einsum("blip,bli->blp", weighted.conj(), fit.left).real @ inverse((weighted.reshape(-1, p).conj().T @ own.reshape(-1, p)).real)[:, :count]
+    pulls = (
+        np.einsum("blip,bli->blp", weighted.conj(), fit.left).real
+        @ inverse((weighted.reshape(-1, p).conj().T @ own.reshape(-1, p)).real)[:, :count]
+    )
     ratios = [_disagreement(pulls, axis, error, lines) for axis in (0, 1)]
     disagreement = np.maximum(*ratios)
     flat = np.mean(np.abs(fit.left) ** 2, axis=(0, 1))

@@ -17,7 +17,7 @@ _ODD = 0.02  # of a parameter: half-width that comes from parts of the record th
 _ABSURD = {"ms": (1e-6, 1e6), "m": (1e-8, 1e6), "ks": (1e-3, 1e12), "k1": (0.0, 1e12)}
 
 
-def judged(record, band, values, misfit, unexplained, folded, trust, mended, told, noise):
+def judged(record, band, values, misfit, folded, trust, mended, told, noise):
     """The fields of `Identification` that say what to believe."""
     mended, doubts = list(mended), [trouble.message for trouble in told]
     if folded > FOLDED:
@@ -27,6 +27,9 @@ def judged(record, band, values, misfit, unexplained, folded, trust, mended, tol
         errors, modelled, troubles = None, None, ()
         if misfit > MISFIT:
             doubts.append(f"the parameters leave {100 * misfit:.2g} % of the receptances unexplained")
+    elif trust.fit is None:
+        errors, modelled, troubles = None, None, tuple(trust.troubles)
+        doubts += [trouble.message for trouble in troubles]
     else:
         mended += trust.mended
         record, modelled, troubles = trust.record, trust.fit.modelled, tuple(trust.troubles)
@@ -95,11 +98,9 @@ def _modes_of(values):
 
 def _doubts(errors, trust, record, band):
     doubts = []
-    left = np.sqrt(np.mean(np.abs(trust.fit.left) ** 2, axis=(0, 1)))
-    size = np.sqrt(np.mean(np.abs(trust.lines(trust.fit.modelled)) ** 2, axis=(0, 1)))
-    for name, share in zip(("shaker", "mass"), left / np.hypot(size, left), strict=True):
+    for name, share in zip(("shaker", "mass"), trust.left, strict=True):
         if share > _DROWNED:
-            doubts.append(f"the simulated rig leaves {100 * share:.2g} % of {name} unexplained")
+            doubts.append(f"the simulated rig leaves {100 * share / np.hypot(1, share):.2g} % of {name} unexplained")
     scale = _scales(errors, record)
     for trouble in trust.troubles:
         order = [trust.fit.structure.names.index(name) for name in errors.names]
@@ -109,12 +110,16 @@ def _doubts(errors, trust, record, band):
             doubts.append(f"{trouble.message}, which would move {most} by {100 * move.max():.2g} %")
     wide = errors.half_width / scale
     if (wide > _WIDE).any():
-        names = ", ".join(f"{name} (+- {100 * share:.2g} %)" for name, share in zip(errors.names, wide, strict=True) if share > _WIDE)
-        doubts.append(f"not determined by this record: {names}; {_help(wide.max(), errors, record, band)}")
+        names = ", ".join(
+            f"{name} (+- {100 * share:.2g} %)" for name, share in zip(errors.names, wide, strict=True) if share > _WIDE
+        )
+        doubts.append(f"not determined by this record: {names}; {_help(wide.max(), errors, band)}")
     odd = (errors.disagreement > 1) & (wide > _ODD)
     if odd.any() and not doubts:
         names = ", ".join(name for name, one in zip(errors.names, odd, strict=True) if one)
-        doubts.append(f"parts of the record disagree about {names} by more than noise allows, and no trouble that is known explains it")
+        doubts.append(
+            f"parts of the record disagree about {names} by more than noise allows, and no trouble that is known explains it"
+        )
     return doubts
 
 
@@ -122,11 +127,19 @@ def _scales(errors, record):
     """What an error of each parameter is measured by: its value, or what would be felt beside the others."""
     ms, ks, cs, m, c, k1, k3 = np.abs(errors.value[:7])
     spread = record.relative.std() ** 2
-    least = [0, 0, 0.01 * np.sqrt(ks * ms), 0, 0.01 * np.sqrt((k1 + 3 * k3 * spread) * m), 0.3 * k3 * spread, 1e-4 * k1 / spread]
+    least = [
+        0,
+        0,
+        0.01 * np.sqrt(ks * ms),
+        0,
+        0.01 * np.sqrt((k1 + 3 * k3 * spread) * m),
+        0.3 * k3 * spread,
+        1e-4 * k1 / spread,
+    ]
     return np.maximum(np.abs(errors.value), [*least, *[0.0] * (errors.value.size - 7)]) + 1e-300
 
 
-def _help(worst, errors, record, band):
+def _help(worst, errors, band):
     """What would narrow the intervals."""
     modes = _modes_of(errors.value)
     if modes is not None and ((modes[:, 0] < band[0]) | (modes[:, 0] > band[1])).all():
