@@ -12,7 +12,6 @@ from ..campaign.progress import reporting
 from ..experiment.record import UNITS, Record
 from ..model.modes import Modes, largest_to_one
 from ..parameters import OscillatorParameters
-from ..results import Status
 from . import nsi, physical
 from .channels import channel_troubles
 from .receptance import fit_rational_fraction
@@ -105,7 +104,7 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
                     other = _read(together, report, guess=guess, **reading)
                     if other.trust.left.max() < least:
                         found, mended, least = other, troubles, other.trust.left.max()
-            if not np.isfinite(found.trust.left).all():
+            if not np.isfinite(found.trust.left).all() and all(trouble.mend for trouble in mended):
                 found = replace(found, trust=trusted(record, [found.values], band, terms, sensitive=True))
         report(_STEPS)
     told = channel_troubles(record, band, order)
@@ -143,6 +142,11 @@ class _Read:
         fitted = np.stack([h11, h21, h21, h22], axis=1).reshape(-1, 2, 2)
         used, band = record if self.trust is None else self.trust.record, (self.frequency[0], self.frequency[-1])
         folded = nsi.folded_share(used.relative, used.sample_rate, band)
+        try:
+            read = OscillatorParameters(*np.maximum(self.values, 0.0))
+        except ValueError as error:
+            told = "; ".join(trouble.message for trouble in (*channels, *mended))
+            raise ValueError(f"no rig is to be read from this record: {told or error}") from None
         nominal = None if record.parameters is None else record.parameters.oscillator
         return Identification(
             singular_values=self.singular_values, modes=_modes(self.model), frequency=self.frequency,
@@ -150,7 +154,7 @@ class _Read:
             fitted_receptance=fitted, fraction=self.fraction,
             nonlinear_coefficient=nsi.nonlinear_coefficient(self.extended), misfit=self.misfit,
             unexplained=self.unexplained, state_space=self.model, hold=used.hold, conversion=self.conversion,
-            nominal=nominal, read=OscillatorParameters(*np.maximum(self.values, 0.0)),
+            nominal=nominal, read=read,
             **judged(used, band, self.values, self.misfit, folded, self.trust, mended, channels, noise),
         )  # fmt: skip
 

@@ -7,7 +7,7 @@ simulated one, without the sensors' noise. Lines are those of blocks that lap by
 squares add to one: sums over blocks and lines are the sums over time, restricted to a band.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -66,7 +66,7 @@ class Freed:
 
     def __init__(self, run, columns, noise):
         self._noise, self._parts = noise, []
-        n, q, states = columns.shape
+        _, q, states = columns.shape
         for part in run.parts():
             size = part.stop - part.start
             own = np.zeros((size, q, states + q))
@@ -168,10 +168,10 @@ def fit(structure, values, run, outputs, band, reach, starts=None):
         columns = columns[..., :count]
         own = freed(columns)
         information, slope = normal_equations(lines(own), left, weights)
+        if not (np.isfinite(information).all() and np.isfinite(slope).all()):
+            raise FitError("the record does not hold its parameters")
         covariance = inverse(information)
         step = covariance @ slope
-        if not np.isfinite(step).all():
-            raise FitError("the record does not hold its parameters")
         step *= min(1.0, *(0.5 * values[:d] / np.maximum(np.abs(step[:d]), 1e-300)))  # masses stay positive
         moved = freed.states(rest - columns @ step)
         size = np.abs(step / np.sqrt(np.maximum(np.diag(covariance), 1e-300))).max()

@@ -24,6 +24,7 @@ _LATE = 0.3  # samples, from the linear response, which a strong spring bends
 _DRIFT = 0.15  # samples over the record
 _ROUNDS = 4
 _LOST = 0.3  # of an output left by a rig that cannot be foretold so far, ...
+_SHORTEST = 64  # samples
 _FORETOLD = (8, 4, 2)  # periods of its shaker, but for so long
 _MOST = 0.5  # of what is left
 _FAR = 10  # samples
@@ -241,7 +242,7 @@ def _in_parts(structure, record, starts, band):
     outputs, run, reach = _given(structure, record, (0,))
     values = _ordered(starts[0], structure)
     for periods in _FORETOLD:
-        short = max(16, int(periods * record.sample_rate * 2 * np.pi / np.sqrt(values[2] / values[0])))
+        short = max(_SHORTEST, int(periods * record.sample_rate * 2 * np.pi / np.sqrt(values[2] / values[0])))
         run = replace(run, begins=tuple(range(0, max(1, len(outputs) - short // 2), short)))
         try:
             pieces = fit(structure, values, run, outputs, band, reach, _states(run, outputs))
