@@ -112,7 +112,8 @@ def one_of(name, value, allowed):
 
 def _kind(value):
     """Among what kind of values another one may be equal to it; None where that is not asked."""
-    kinds = {str: str, (bool, np.bool_): bool, (int, float, np.integer, np.floating): float}
+    # A time is an integer to NumPy, which it warns of comparing with one.
+    kinds = {np.timedelta64: None, str: str, (bool, np.bool_): bool, (int, float, np.integer, np.floating): float}
     return next((kind for known, kind in kinds.items() if isinstance(value, known)), None)
 
 
