@@ -15,6 +15,7 @@ from scipy.optimize import least_squares
 from .likelihood import Lines
 
 _BLOCKS = 12  # in a record, at least
+_FAINT, _BROAD = 0.01, 0.5  # of a force's mean power; of the lines that are to be brighter
 _TRIED = 8  # samples that an output may be late or early in a first guess
 
 
@@ -30,6 +31,8 @@ class Reading:
         By which each is multiplied.
     power : int
         How often the outputs are to be integrated: 2 where they are accelerations, 1 velocities.
+    base : bool
+        Whether the input is the acceleration of a base, and the outputs are relative to it: ms is 1 then.
     values : ndarray, shape (6,)
         ms, ks, cs, m, c, k1.
     delays : ndarray, shape (2,)
@@ -43,6 +46,7 @@ class Reading:
     order: tuple
     signs: tuple
     power: int
+    base: bool
     values: np.ndarray
     delays: np.ndarray
     left: float
@@ -85,6 +89,10 @@ def drifting_delays(record, band):
         Of shaker and mass against the force (s).
     """
     lines, force, outputs = _blocks(record, band)
+    time = (lines.begins[1:-1] + lines.size / 2) / record.sample_rate
+    power = np.abs(force) ** 2
+    if np.median((power > _FAINT * power.mean()).mean(axis=1)) < _BROAD:
+        return time, np.zeros((len(force), 2))  # each block has lines of its own, and nothing to compare
     omega = 2 * np.pi * lines.frequency
     cross = outputs * force.conj()[..., None]
     # The phase between neighbours is that of the delay alone. Bright lines of one block are not the next one's.
@@ -104,29 +112,39 @@ def drifting_delays(record, band):
         weight = 1 / np.mean(np.abs(aligned - modelled) ** 2 + 1e-12 * np.abs(modelled) ** 2, axis=0)
         slope = np.sum(weight * omega[:, None] * (modelled.conj() * aligned).imag, axis=1)
         delay = delay - slope / np.sum(weight * omega[:, None] ** 2 * np.abs(modelled) ** 2, axis=1)
-    time = (lines.begins[1:-1] + lines.size / 2) / record.sample_rate
     return time, delay - delay[0]
 
 
 def readings(frequency, response, error, sample_rate, swaps=True):
     """All ways to read the outputs that make a rig of positive parts, `Reading` each, the best one first."""
     found = []
-    for order, signs, power in product(((0, 1), (1, 0)) if swaps else ((0, 1),), product((1, -1), repeat=2), (0, 1, 2)):
+    orders = ((0, 1), (1, 0)) if swaps else ((0, 1),)
+    for order, signs, power in product(orders, product((1, -1), repeat=2), (0, 1, 2)):
         scale = np.array(signs) / (2j * np.pi * frequency[:, None]) ** power
         read, sure = response[:, order] * scale, error[:, order] * np.abs(scale)
-        start, delays = _start(frequency, read, sample_rate)
-        if (start[[0, 1, 3, 5]] > 0).all():
-            found.append(_fitted(order, signs, power, frequency, read, sure, start, delays, sample_rate))
+        bases = (False, True) if (order, signs, power) == ((0, 1), (1, 1), 0) else (False,)
+        for base in bases:
+            start, delays = (_base_start if base else _start)(frequency, read, sample_rate)
+            if (start[[0, 1, 3, 5]] > 0).all():
+                known = _fitted(frequency, read, sure, start, delays, sample_rate, base)
+                found.append(Reading(order, signs, power, base, *known))
     return sorted(found, key=lambda reading: reading.left)
 
 
-def rig_response(values, frequency):
-    """Response of shaker and mass to a force on the shaker (m/N), shape (lines, 2), of ms, ks, cs, m, c, k1."""
+def rig_response(values, frequency, base=False):
+    """Response of shaker and mass to a force on the shaker (m/N), shape (lines, 2), of ms, ks, cs, m, c, k1.
+
+    To the acceleration of a ``base`` (s^2) where that moves both: forces -ms a and -m a, and motions relative to it.
+    """
     ms, ks, cs, m, c, k1 = values
     s = 2j * np.pi * frequency
     coupling = k1 + s * c
     mass = coupling + s**2 * m
-    determinant = (ks + s * cs + s**2 * ms + coupling) * mass - coupling**2
+    shaker = ks + s * cs + s**2 * ms + coupling
+    determinant = shaker * mass - coupling**2
+    if base:
+        moved = np.stack([ms * mass + m * coupling, ms * coupling + m * shaker], axis=-1)
+        return -moved / determinant[:, None]
     return np.stack([mass, coupling], axis=-1) / determinant[:, None]
 
 
@@ -159,6 +177,18 @@ def _start(frequency, read, sample_rate):
     return np.array([ms, ks, cs, m, c * m, k1 * m]), np.array([delay, delay + between])
 
 
+def _base_start(frequency, read, sample_rate):
+    """The same for the acceleration of a base: x'' + a = (c z' + k1 z)/m, xs'' + cs xs' + ks xs + m (x'' + a) = -a."""
+    s = 2j * np.pi * frequency
+    shaker, mass = read.T
+    whole = s**2 * mass + 1
+    relative = shaker - mass
+    (c, k1), _ = _least_squares(np.stack([s * relative, relative], axis=1), whole)
+    (ks, cs, m), _ = _least_squares(np.stack([shaker, s * shaker, whole], axis=1), -1 - s**2 * shaker)
+    half = np.full(2, 0.5 / sample_rate)
+    return np.array([1.0, ks, cs, m, c * m, k1 * m]), half
+
+
 def _least_squares(columns, wanted):
     """The real solution, and the squares that it leaves."""
     columns, wanted = np.concatenate([columns.real, columns.imag]), np.concatenate([wanted.real, wanted.imag])
@@ -167,14 +197,14 @@ def _least_squares(columns, wanted):
     return found / scale, np.sum((columns / scale @ found - wanted) ** 2)
 
 
-def _fitted(order, signs, power, frequency, read, sure, start, delays, sample_rate):
-    """The reading from a start."""
+def _fitted(frequency, read, sure, start, delays, sample_rate, base):
+    """Values, delays, and what is left in errors and as a share, from a start."""
     omega = 2 * np.pi * frequency
     ms, ks, _, m, _, k1 = start
     unit = np.array([ms, ks, np.sqrt(ms * ks), m, np.sqrt(m * k1), k1])
 
     def misfit(scaled):
-        modelled = rig_response(scaled[:6] * unit, frequency)
+        modelled = rig_response(scaled[:6] * unit, frequency, base)
         modelled = modelled * np.exp(-1j * omega[:, None] * scaled[6:] / sample_rate)
         difference = (modelled - read) / sure
         return np.concatenate([difference.real.ravel(), difference.imag.ravel()])
@@ -185,6 +215,4 @@ def _fitted(order, signs, power, frequency, read, sure, start, delays, sample_ra
     begins = [np.append(guess, late) for late in {tuple(delays * sample_rate), (0.5, 0.5)}]
     best = min((least_squares(misfit, begin, **options) for begin in begins), key=lambda found: found.cost)
     rest, size = np.sqrt(2 * best.cost), np.linalg.norm(read / sure)
-    return Reading(
-        order, signs, power, best.x[:6] * unit, best.x[6:] / sample_rate, rest / np.sqrt(2 * read.size), rest / size
-    )
+    return best.x[:6] * unit, best.x[6:] / sample_rate, rest / np.sqrt(2 * read.size), rest / size

@@ -30,6 +30,10 @@ _MOST = 0.5  # of what is left
 _FAR = 10  # samples
 _MATTERS = 1e-3  # of a parameter
 _MENDABLE = ("delay", "clock")
+BASE = (
+    "the force looks like the acceleration of a base, and the displacements as relative to it: "
+    "only ratios of the parameters are in such a record"
+)
 _READS = {0: "displacements", 1: "velocities", 2: "accelerations"}
 
 
@@ -84,7 +88,8 @@ def brought_together(record, band):
     if not found:
         return [(record, mended, None)]
     best = found[0]
-    usual = [reading for reading in found if (reading.order, reading.signs, reading.power) == ((0, 1), (1, 1), 0)]
+    told = ((0, 1), (1, 1), 0, False)
+    usual = [reading for reading in found if (reading.order, reading.signs, reading.power, reading.base) == told]
     if best not in usual and (not usual or best.left < usual[0].left / _BETTER) and best.share < 0.3:
         mended.append(_read_otherwise(best))
         if not mended[-1].mend:
@@ -156,6 +161,13 @@ def _delay_trouble(names, late, rate):
     return Trouble("delay", message, {"delay": dict.fromkeys(names, late)}, size=late)
 
 
+def add(one, other, rate):
+    """Two troubles of the same kind and channels, found one after the other, as one."""
+    ((kind, sizes),) = one.mend.items()
+    size = next(iter(sizes.values())) + next(iter(other.mend[kind].values()))
+    return _delay_trouble(tuple(sizes), size, rate) if kind == "delay" else _clock_trouble(tuple(sizes), size)
+
+
 def _read_otherwise(reading):
     """Another order, other signs or another quantity, in words."""
     said, mend = [], {}
@@ -170,10 +182,12 @@ def _read_otherwise(reading):
             else f"the sensor of the {wrong[0]} is reversed"
         )
         mend["reverse"] = tuple(wrong)
+    if reading.base:
+        said.append(BASE)
     if reading.power:
         said.append(f"the outputs look like {_READS[reading.power]}, not displacements")
         mend = {}
-    return Trouble("order" if not reading.power else "quantity", "; ".join(said), mend)
+    return Trouble("quantity" if reading.power or reading.base else "order", "; ".join(said), mend)
 
 
 def trusted(record, starts, band, terms=(), sensitive=False):

@@ -7,6 +7,7 @@ from ..parameters import OscillatorParameters
 from ..results import Status
 from .physical import NAMES
 from .result import ParameterErrors
+from .trust import BASE, add
 
 FOLDED = 0.02
 MISFIT = 0.05  # of the receptances, by the paper's reading
@@ -14,7 +15,8 @@ _WIDE = 0.1  # of a parameter: a half-width beyond it says little
 _MOVES = 0.01  # of a parameter: a trouble that moves one by less is in its interval
 _DROWNED = 0.5  # of an output
 _ODD = 0.02  # of a parameter: half-width that comes from parts of the record that disagree
-_ABSURD = {"ms": (1e-6, 1e6), "m": (1e-8, 1e6), "ks": (1e-3, 1e12), "k1": (0.0, 1e12)}
+_SEEN, _MOST = 5e-3, 0.3  # of an output, and of what is left of it: worth a word
+_UNIT = 0.01  # kg
 
 
 def judged(record, band, values, misfit, folded, trust, mended, told, noise):
@@ -41,14 +43,40 @@ def judged(record, band, values, misfit, folded, trust, mended, told, noise):
         doubts.append(f"k3 = {values[6]:.3g} N/m^3 is negative, so parameters carry k3 = 0")
     if at_bound:
         doubts.append(f"{' and '.join(at_bound)} would be zero or negative, which no rig of this kind is")
+    mended = _together(mended, record.sample_rate)
+    if errors is not None and any(trouble.mend.get("reverse") == ("shaker", "mass") for trouble in mended):
+        if abs(values[0] - 1) < _UNIT:  # kg: the force was divided by it
+            doubts.append(BASE)
+    noticed = _noticed(trust, doubts)
     hopeless = [trouble.message for trouble in mended if not trouble.mend and trouble.name != "break"]
     cured = [trouble.message for trouble in mended if trouble.mend or trouble.name == "break"]
-    message = "; ".join([*hopeless, *doubts, *(f"mended: {text}" for text in cured)])
+    message = "; ".join([*hopeless, *doubts, *noticed, *(f"mended: {text}" for text in cured)])
     return {
         "k3": float(values[6]), "parameters": OscillatorParameters(*np.maximum(values[:7], 0.0)), "errors": errors,
         "record": record, "modelled": modelled, "mended": tuple(mended), "troubles": (*told, *troubles),
         "status": Status.DOUBTFUL if hopeless or doubts else Status.IDENTIFIED, "message": message,
     }  # fmt: skip
+
+
+def _noticed(trust, doubts):
+    """A trouble that moves no parameter by much, but is most of what is left."""
+    if trust is None or trust.fit is None or not trust.left.max() > _SEEN:
+        return []
+    return [
+        f"noticed: {trouble.message}"
+        for trouble in trust.troubles[:1]
+        if trouble.explains > _MOST and not any(trouble.message in doubt for doubt in doubts)
+    ]
+
+
+def _together(mended, rate):
+    """Delays and clocks of the same channels that were found one after the other, as one."""
+    found = {}
+    for trouble in mended:
+        kind = next(iter(trouble.mend), "")
+        key = (kind, tuple(trouble.mend[kind])) if kind in ("delay", "clock") else id(trouble)
+        found[key] = add(found[key], trouble, rate) if key in found else trouble
+    return list(found.values())
 
 
 def _errors(trust, noise):
