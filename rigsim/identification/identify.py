@@ -205,9 +205,8 @@ def _checked_noise(noise):
     if noise is None:
         return None
     noise = checks.instance("noise", noise, dict, "a dict such as {'force': 0.01}")
-    for name in noise:
-        checks.one_of("noise of", name, ("force",))
-    return checks.real("noise of force", noise.get("force", 0.0), low=0.0, high=1.0)
+    shares = {checks.one_of("noise of", name, ("force",)): share for name, share in noise.items()}
+    return checks.real("noise of force", shares.get("force", 0.0), low=0.0, high=1.0)
 
 
 def _checked_orders(order, block_rows, record):

@@ -16,10 +16,11 @@ from .simulate import Run, Structure, simulate
 
 _STEPS = 12
 _SETTLED, _NEAR = 0.03, 3.0  # standard errors
+_EXACT = 1e-7  # of a parameter: no smaller step is asked for, whatever the noise
 _NOISY = 3e-3  # share of an output
 _BLOCKS = 24  # in a record, at least
 _RESOLVED = 8.0  # s of a block at most: 0.125 Hz a line
-_SMOOTH = 5  # lines that a spectrum of noise is averaged over
+SMOOTH = 9  # lines that a spectrum of noise is averaged over
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,12 +129,12 @@ class Lines:
 def noise_weights(left):
     """Inverse of the variance of what is left of each output at each line, (lines, q, q): of all blocks, smoothed."""
     power = np.mean(np.abs(left) ** 2, axis=0)
-    smooth = uniform_filter1d(power, min(_SMOOTH, len(power)), axis=0)
+    smooth = uniform_filter1d(power, min(SMOOTH, len(power)), axis=0)
     return np.eye(left.shape[2]) / np.maximum(smooth, 1e-12 * smooth.max(axis=0))[:, None, :]
 
 
 def normal_equations(columns, left, weights):
-    """Fisher's information (p, p) and the slope (p,) of the weighted squares, from lines of columns and of what is left."""
+    """Fisher's information (p, p) and the slope (p,) of the weighted squares, from lines of columns and of the rest."""
     weighted = np.einsum("lij,bljp->blip", weights, columns)
     p = columns.shape[-1]
     flat = weighted.reshape(-1, p)
@@ -142,49 +143,60 @@ def normal_equations(columns, left, weights):
 
 @np.errstate(all="ignore")  # on its way a fit may try a rig that flies apart
 def fit(structure, values, run, outputs, band, reach, starts=None):
-    """`Fit` of a structure to ``outputs`` (n, q), from starting ``values`` and, by default, from rest."""
+    """`Fit` of a structure to ``outputs`` (n, q), from starting ``values`` and, by default, from rest.
+
+    First with white noise in each output, then with what long steps lose of the motion, then with the noise's spectra.
+
+    Raises
+    ------
+    FitError
+        If the rig to start from flies apart, or the record does not hold the parameters.
+    """
     d, count = len(structure.masses), len(values)
     lines = Lines(run.sample_rate, len(outputs), band)
-    starts, step = np.zeros((len(run.begins), 2 * d)) if starts is None else starts, None
-    lost, stages, before = 0.0, iter((_white, _white, noise_weights)), None
-    weigh = next(stages)
+    starts = np.zeros((len(run.begins), 2 * d)) if starts is None else starts
+    lost, stages, before, step, moved = 0.0, iter((_white, _white, noise_weights)), np.inf, None, None
+    weigh = weights = next(stages)
     for _ in range(_STEPS):
         coarse, columns = simulate(structure, values, run, starts, reach, range(count))
-        modelled = coarse + lost
-        if not (np.isfinite(modelled).all() and np.isfinite(columns).all()):
-            if step is None:
-                raise FitError("the motion of the rig it starts from grows without end")
-            left = None
-        else:
-            rest = outputs - modelled
+        rest = outputs - coarse - lost
+        sound = np.isfinite(rest).all() and np.isfinite(columns).all()
+        if sound:
             freed = Freed(run, columns[..., count:], np.maximum(rest.std(axis=0), 1e-14 * outputs.std(axis=0)))
             left = lines(freed(rest))
-        if left is None or (before is not None and not _cost(left, weights) < before * (1 + 1e-3)):  # too far
+        elif step is None:
+            raise FitError("the motion of the rig it starts from grows without end")
+        if not sound or (before < np.inf and not _cost(left, weights) < before * (1 + 1e-3)):  # too far
             step, moved = step / 4, moved / 4
             values, starts = values - 3 * step, starts - 3 * moved
             continue
         weights = weigh(left)
         before = _cost(left, weights)
-        columns = columns[..., :count]
-        own = freed(columns)
-        information, slope = normal_equations(lines(own), left, weights)
-        if not (np.isfinite(information).all() and np.isfinite(slope).all()):
-            raise FitError("the record does not hold its parameters")
-        covariance = inverse(information)
-        step = covariance @ slope
-        step *= min(1.0, *(0.5 * values[:d] / np.maximum(np.abs(step[:d]), 1e-300)))  # masses stay positive
-        moved = freed.states(rest - columns @ step)
-        size = np.abs(step / np.sqrt(np.maximum(np.diag(covariance), 1e-300))).max()
+        own = freed(columns[..., :count])
+        step, error = _newton(lines(own), left, weights, values[:d])
+        moved = freed.states(rest - columns[..., :count] @ step)
+        size = np.minimum(np.abs(step) / error, np.abs(step / values) / _EXACT).max()
         if size < _SETTLED and weigh is noise_weights:
             break
         if size < (_SETTLED if np.ndim(lost) else _NEAR) and weigh is not noise_weights:
             if np.ndim(lost) == 0:
                 lost = _lost(structure, values, run, starts, reach, coarse, outputs)
-            weigh, before = next(stages), None
+            weigh, before = next(stages), np.inf
         values, starts = values + step, starts + moved
-    if left is None:
+    if not sound:
         raise FitError("no step towards the record is small enough")
-    return Fit(structure, run, values, starts, outputs, modelled, own, left, freed, size < _SETTLED)
+    return Fit(structure, run, values, starts, outputs, outputs - rest, own, left, freed, size < _SETTLED)
+
+
+def _newton(own, left, weights, masses):
+    """A Gauss-Newton step that leaves the masses above zero, and its standard errors."""
+    information, slope = normal_equations(own, left, weights)
+    if not (np.isfinite(information).all() and np.isfinite(slope).all()):
+        raise FitError("the record does not hold its parameters")
+    covariance = inverse(information)
+    step = covariance @ slope
+    far = np.abs(step[: masses.size]) / masses
+    return step * min(1.0, 0.5 / max(far.max(), 1e-300)), np.sqrt(np.maximum(np.diag(covariance), 1e-300))
 
 
 def inverse(information):
@@ -206,11 +218,6 @@ def _lost(structure, values, run, starts, reach, coarse, outputs):
 def _white(left):
     """Weights of noise that is white, and another in each output."""
     return np.broadcast_to(np.diag(1 / np.mean(np.abs(left) ** 2, axis=(0, 1))), (left.shape[1], *[left.shape[2]] * 2))
-
-
-def about_means(rest, run):
-    """What is left, without its mean in each part: constants of the sensors."""
-    return np.concatenate([rest[part] - rest[part].mean(axis=0) for part in _slices(run)])
 
 
 def _cost(left, weights):

@@ -75,7 +75,7 @@ class Identification(Result):
     k3 : float
         Cubic coefficient (N/m^3) with its sign; for the paper's readings the mean of the coefficient's real part.
     parameters : OscillatorParameters
-        The paper's Table 4, with ``k3``: of the simulated rig that repeats the record best where the reading is "force".
+        The paper's Table 4, with ``k3``: where the reading is "force", of the simulated rig that is likeliest.
     read : OscillatorParameters
         The same from H_E alone, a second and independent way.
     misfit : float

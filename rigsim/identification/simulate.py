@@ -1,7 +1,7 @@
 """What a rig of masses and terms does under a recorded force, and how that depends on each of its parameters.
 
 The masses obey m_i a_i = b_i f(t) - sum_t p_t phi_t(r_t) d_ti. A term acts along a direction d_t between two masses, or
-a mass and the ground, and phi_t is any function of the relative displacement or velocity r_t. The derivatives by masses,
+a mass and the ground; phi_t is any function of the relative displacement or velocity r_t. The derivatives by masses,
 coefficients and first state obey the derivative of that equation and are integrated with it by the classical
 Runge-Kutta rule, so they are those of the computed motion to rounding. Between samples the force is a polynomial.
 """
@@ -71,7 +71,7 @@ class Run:
         return [slice(*ends) for ends in zip(self.begins, (*self.begins[1:], self.force.size), strict=True)]
 
     def pieces(self):
-        """The force over each sample interval, a polynomial of the time in it (s): coefficients, lowest first, (n, k)."""
+        """The force over each sample interval, a polynomial of the time in it (s): coefficients, lowest first."""
         if self.hold == "zero":
             return self.force[:, None]
         if self.hold == "linear":
@@ -119,7 +119,7 @@ def simulate(structure, values, run, starts, reach, wanted=(), extra=None, finer
     sensed = np.array([(mass, SENSED.index(what)) for mass, what in structure.sensors])
     extra = np.zeros((run.force.size, 0)) if extra is None else extra
     derived = np.array([*wanted, *[-1] * (2 * d), *[-2] * extra.shape[1]]) if len(wanted) else np.zeros(0, dtype=int)
-    forces, interval = run.pieces(), 1 / run.sample_rate
+    forces, interval, driven = run.pieces(), 1 / run.sample_rate, np.array(structure.driven, dtype=float)
     steps = max(1.0, np.ceil(_fastest(structure, values, reach) * interval / _ANGLE)) * finer
     outputs = np.empty((run.force.size, len(sensed)))
     columns = np.empty((run.force.size, len(sensed), derived.size))
@@ -134,7 +134,7 @@ def simulate(structure, values, run, starts, reach, wanted=(), extra=None, finer
         for part in sliced(whole.stop - whole.start, _SLICE):
             part = slice(whole.start + part.start, whole.start + part.stop)
             _march(
-                state, slopes, forces[part], extra[part], interval, int(steps), masses, np.array(structure.driven, float),
+                state, slopes, forces[part], extra[part], interval, int(steps), masses, driven,
                 coefficients, structure.directions(), of_velocity, bent, tables, low, step, derived, sensed,
                 outputs[part], columns[part],
             )  # fmt: skip

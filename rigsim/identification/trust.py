@@ -15,7 +15,7 @@ from .channels import breaks, spikes
 from .likelihood import FitError, Lines, fit
 from .simulate import Run, Structure, simulate
 from .terms import CUBIC, LINEAR
-from .troubles import Trouble, candidates, suspected
+from .troubles import NAMES, Trouble, candidates, clock_of, delay_of, suspected
 from .uncertainty import uncertainty
 
 MASSES = ("ms", "m")
@@ -27,6 +27,7 @@ _LOST = 0.3  # of an output left by a rig that cannot be foretold so far, ...
 _SHORTEST = 64  # samples
 _FORETOLD = (8, 4, 2)  # periods of its shaker, but for so long
 _MOST = 0.5  # of what is left
+_FEW = 0.01  # of the samples
 _FAR = 10  # samples
 _MATTERS = 1e-3  # of a parameter
 _MENDABLE = ("delay", "clock")
@@ -108,7 +109,7 @@ def _in_time(record, mended, best):
         return [(record, mended)]
     ways, delays = [], []
     for names, delay in _together(late[None], rate, 2 * _LATE):
-        delays += [_delay_trouble(names, delay[0], rate)] if abs(delay[0]) * rate > _LATE else []
+        delays += [delay_of(names, delay[0], rate)] if abs(delay[0]) * rate > _LATE else []
     together = record
     for trouble in delays:
         together = together.realigned(**trouble.mend)
@@ -123,7 +124,7 @@ def _in_time(record, mended, best):
 
 def _together(delays, rate, near):
     """Names and delay of shaker and mass, as one where these are late alike, to so many samples."""
-    names = ("shaker", "mass")
+    names = NAMES
     if np.abs(delays[:, 0] - delays[:, 1]).max() * rate < max(near, 0.02 * np.abs(delays).max() * rate):
         return [(names, delays[:, 0])]  # the shaker's is the surer one
     return [((name,), column) for name, column in zip(names, delays.T, strict=True)]
@@ -144,28 +145,15 @@ def _drift(names, time, late, rate):
         )
         return Trouble("lost", message)
     if grown > max(_DRIFT, 5 * scatter):
-        return _clock_trouble(names, -1e6 * slope)
+        return clock_of(names, -1e6 * slope)
     return None
-
-
-def _clock_trouble(names, fast):
-    said, word = " and ".join(names), "fast" if fast > 0 else "slow"
-    message = f"the clock of {said} is {abs(fast):.4g} ppm {word} against the force's"
-    return Trouble("clock", message, {"clock": dict.fromkeys(names, fast)}, size=fast)
-
-
-def _delay_trouble(names, late, rate):
-    said, word = " and ".join(names), "late" if late > 0 else "early"
-    verb = "are" if len(names) > 1 else "is"
-    message = f"{said} {verb} {abs(late) * rate:.3g} samples ({1e3 * abs(late):.3g} ms) {word}"
-    return Trouble("delay", message, {"delay": dict.fromkeys(names, late)}, size=late)
 
 
 def add(one, other, rate):
     """Two troubles of the same kind and channels, found one after the other, as one."""
     ((kind, sizes),) = one.mend.items()
     size = next(iter(sizes.values())) + next(iter(other.mend[kind].values()))
-    return _delay_trouble(tuple(sizes), size, rate) if kind == "delay" else _clock_trouble(tuple(sizes), size)
+    return delay_of(tuple(sizes), size, rate) if kind == "delay" else clock_of(tuple(sizes), size)
 
 
 def _read_otherwise(reading):
@@ -318,33 +306,21 @@ def _given(structure, record, begins):
 
 
 def _cure(record, rest, begins, mended):
-    """For single wrong samples or places where the motion begins anew: the trouble, and record and beginnings without."""
-    names = ("shaker", "mass")
+    """For single wrong samples, or places where the motion begins anew: the trouble, and record and beginnings then."""
     size = np.array([record.shaker.std(), record.mass.std()])
-    out = spikes(rest, size)
-    if (
-        any(places.size for places in out)
-        and sum(map(len, out)) < record.force.size / 100
-        and not _named(mended, "spikes")
-    ):
-        said = [
+    out = {name: places for name, places in zip(NAMES, spikes(rest, size), strict=True) if places.size}
+    if out and sum(map(len, out.values())) < _FEW * record.force.size and not _named(mended, "spikes"):
+        said = "; ".join(
             f"{len(places)} of {name}, the first at {places[0] / record.sample_rate:.4g} s"
-            for name, places in zip(names, out, strict=True)
-            if len(places)
-        ]
-        trouble = Trouble(
-            "spikes",
-            f"single samples stand out: {'; '.join(said)}",
-            {"spikes": {n: p for n, p in zip(names, out, strict=True) if len(p)}},
+            for name, places in out.items()
         )
+        trouble = Trouble("spikes", f"single samples stand out: {said}", {"spikes": out})
         return trouble, record.realigned(**trouble.mend), begins
     places = breaks(rest, size, record.sample_rate)
     if places and not _named(mended, "break"):
         said = ", ".join(f"{place / record.sample_rate:.4g}" for place in places)
-        trouble = Trouble(
-            "break", f"the motion begins anew at {said} s: samples lost or repeated, runs joined, or a knock"
-        )
-        return trouble, record, (0, *places)
+        told = f"the motion begins anew at {said} s: samples lost or repeated, runs joined, or a knock"
+        return Trouble("break", told), record, (0, *places)
     return None
 
 

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
+from scipy.ndimage import uniform_filter1d
 
-from .likelihood import inverse, noise_weights
+from .likelihood import SMOOTH, inverse, noise_weights
 
 _PARTS = 12  # of the record, in time and over the band, whose pulls on the parameters are compared
 _ODD = 0.001  # chance of a disagreement that is taken for one
@@ -37,43 +38,34 @@ class Uncertainty:
 
 def uncertainty(fit, lines):
     """`Uncertainty` of a fit, from the lines of its columns and of what it leaves."""
-    own, weights, count = lines(fit.columns), noise_weights(fit.left), fit.values.size
-    weighted = np.einsum("lij,bljp->blip", weights, own)
+    own, weights = lines(fit.columns), noise_weights(fit.left)
     p = own.shape[-1]
-    covariance = inverse((weighted.reshape(-1, p).conj().T @ own.reshape(-1, p)).real)
+    weighted = np.einsum("lij,bljp->blip", weights, own)
+    inverted = inverse((weighted.reshape(-1, p).conj().T @ own.reshape(-1, p)).real)
     # Outputs that share a noise, as that of an unknown force, say less than two would.
     shared = np.einsum("blip,lij,bljq->pq", weighted.conj(), _spectra(fit.left), weighted, optimize=True).real
-    covariance = covariance @ shared @ covariance
-    error = np.sqrt(np.diag(covariance)[:count])
-    pulls = (
-        np.einsum("blip,bli->blp", weighted.conj(), fit.left).real
-        @ inverse((weighted.reshape(-1, p).conj().T @ own.reshape(-1, p)).real)[:, :count]
-    )
-    ratios = [_disagreement(pulls, axis, error, lines) for axis in (0, 1)]
-    disagreement = np.maximum(*ratios)
-    flat = np.mean(np.abs(fit.left) ** 2, axis=(0, 1))
-    plain = own / np.sqrt(flat)[:, None]
-    bound = np.sqrt(np.diag(inverse((plain.reshape(-1, p).conj().T @ plain.reshape(-1, p)).real))[:count])
-    grown = error * disagreement
+    covariance = inverted @ shared @ inverted
+    error = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    pulls = np.einsum("blip,bli->blp", weighted.conj(), fit.left).real @ inverted
+    disagreement = np.maximum(*(_disagreement(pulls, axis, error) for axis in (0, 1)))
+    plain = own / np.sqrt(np.mean(np.abs(fit.left) ** 2, axis=(0, 1)))[:, None]
+    bound = np.sqrt(np.diag(inverse((plain.reshape(-1, p).conj().T @ plain.reshape(-1, p)).real)))
     quantile = np.where(disagreement > 1, stats.t.ppf(0.975, _PARTS - 1), stats.norm.ppf(0.975))
-    scale = np.outer(disagreement, disagreement)
-    return Uncertainty(covariance[:count, :count] * scale, grown, quantile * grown, bound, disagreement)
+    grown = error * disagreement
+    covariance = covariance * np.outer(disagreement, disagreement)
+    return Uncertainty(covariance, grown, quantile * grown, bound, disagreement)
 
 
 def _spectra(left):
     """Covariance of what is left at each line, (lines, q, q), smoothed."""
-    from scipy.ndimage import uniform_filter1d
-
     spectra = np.einsum("bli,blj->lij", left, left.conj()) / len(left)
-    return uniform_filter1d(spectra.real, 9, axis=0) + 1j * uniform_filter1d(spectra.imag, 9, axis=0)
+    return uniform_filter1d(spectra.real, SMOOTH, axis=0) + 1j * uniform_filter1d(spectra.imag, SMOOTH, axis=0)
 
 
-def _disagreement(pulls, axis, error, lines):
+def _disagreement(pulls, axis, error):
     """Standard error from parts of the record along an axis, over the one from noise, where chance would not do it."""
     parts = np.array_split(pulls, min(_PARTS, pulls.shape[axis]), axis=axis)
     sums = np.array([part.sum(axis=(0, 1)) for part in parts])
     g = len(sums)
-    found = np.sum((sums - sums.mean(axis=0)) ** 2, axis=0) * g / (g - 1)
-    ratio = found / error**2
-    limit = stats.chi2.isf(_ODD, g - 1) / (g - 1)
-    return np.where(ratio > limit, np.sqrt(ratio), 1.0)
+    ratio = np.sum((sums - sums.mean(axis=0)) ** 2, axis=0) * g / (g - 1) / error**2
+    return np.where(ratio > stats.chi2.isf(_ODD, g - 1) / (g - 1), np.sqrt(ratio), 1.0)

@@ -35,7 +35,7 @@ def judged(record, band, values, misfit, folded, trust, mended, told, noise):
     else:
         mended += trust.mended
         record, modelled, troubles = trust.record, trust.fit.modelled, tuple(trust.troubles)
-        errors = _errors(trust, noise)
+        errors = errors_of(trust, noise)
         values = errors.value
         doubts += _doubts(errors, trust, record, band)
     at_bound = [name for name, value in zip(NAMES[:6], values[:6], strict=True) if value <= 0]
@@ -44,9 +44,9 @@ def judged(record, band, values, misfit, folded, trust, mended, told, noise):
     if at_bound:
         doubts.append(f"{' and '.join(at_bound)} would be zero or negative, which no rig of this kind is")
     mended = _together(mended, record.sample_rate)
-    if errors is not None and any(trouble.mend.get("reverse") == ("shaker", "mass") for trouble in mended):
-        if abs(values[0] - 1) < _UNIT:  # kg: the force was divided by it
-            doubts.append(BASE)
+    reverse = any(trouble.mend.get("reverse") == ("shaker", "mass") for trouble in mended)
+    if errors is not None and reverse and abs(values[0] - 1) < _UNIT:  # as if a force had been divided by its mass
+        doubts.append(BASE)
     noticed = _noticed(trust, doubts)
     hopeless = [trouble.message for trouble in mended if not trouble.mend and trouble.name != "break"]
     cured = [trouble.message for trouble in mended if trouble.mend or trouble.name == "break"]
@@ -79,7 +79,7 @@ def _together(mended, rate):
     return list(found.values())
 
 
-def _errors(trust, noise):
+def errors_of(trust, noise=None):
     """Values and intervals in the usual order, with what noise on the force and named troubles add."""
     fit, sure = trust.fit, trust.uncertainty
     order = [fit.structure.names.index(name) for name in (*NAMES, *fit.structure.names[7:])]
@@ -129,6 +129,8 @@ def _doubts(errors, trust, record, band):
     for name, share in zip(("shaker", "mass"), trust.left, strict=True):
         if share > _DROWNED:
             doubts.append(f"the simulated rig leaves {100 * share / np.hypot(1, share):.2g} % of {name} unexplained")
+    if not trust.fit.settled and trust.left.max() > _SEEN:
+        doubts.append("the search for the likeliest rig did not settle")
     scale = _scales(errors, record)
     for trouble in trust.troubles:
         order = [trust.fit.structure.names.index(name) for name in errors.names]
@@ -146,24 +148,17 @@ def _doubts(errors, trust, record, band):
     if odd.any() and not doubts:
         names = ", ".join(name for name, one in zip(errors.names, odd, strict=True) if one)
         doubts.append(
-            f"parts of the record disagree about {names} by more than noise allows, and no trouble that is known explains it"
+            f"parts of the record disagree about {names} by more than noise allows, and no known trouble explains it"
         )
     return doubts
 
 
 def _scales(errors, record):
     """What an error of each parameter is measured by: its value, or what would be felt beside the others."""
-    ms, ks, cs, m, c, k1, k3 = np.abs(errors.value[:7])
+    ms, ks, _, m, _, k1, k3 = np.abs(errors.value[:7])
     spread = record.relative.std() ** 2
-    least = [
-        0,
-        0,
-        0.01 * np.sqrt(ks * ms),
-        0,
-        0.01 * np.sqrt((k1 + 3 * k3 * spread) * m),
-        0.3 * k3 * spread,
-        1e-4 * k1 / spread,
-    ]
+    damping = 0.01 * np.sqrt([ks * ms, (k1 + 3 * k3 * spread) * m])
+    least = [0, 0, damping[0], 0, damping[1], 0.3 * k3 * spread, 1e-4 * k1 / spread]
     return np.maximum(np.abs(errors.value), [*least, *[0.0] * (errors.value.size - 7)]) + 1e-300
 
 

@@ -149,7 +149,7 @@ def test_the_cube_of_a_modelled_z_is_without_the_measured_one_s_noise():
 
 
 def test_a_motion_too_strong_to_be_foretold_is_followed_in_parts():
-    """Two motions of this rig part by a factor of e in a tenth of a second; from H_E alone c is off by more than 5 %."""
+    """Two motions of this rig part by e in less than a tenth of a second; from H_E alone c is off by more than 5 %."""
     found = identify(cubic_record(duration=20, noise=0.01, rms=5, seed=3))
     assert np.abs(errors(found)).max() < 0.003 and found.status == Status.IDENTIFIED
     assert (np.abs(errors(found)) < 2 * found.errors.half_width / found.errors.value).all()
