@@ -74,6 +74,9 @@ def breaks(left, size, sample_rate, most=8):
     ``size`` (q,) is the outputs' deviation: what is less than a thousandth of it is nothing.
     """
     window = max(8, int(0.15 * sample_rate))
+    left = left.copy()
+    for rest, alone in zip(left.T, spikes(left, size), strict=True):
+        rest[alone] = (rest[alone - 1] + rest[alone + 1]) / 2
     scale = np.maximum(np.median(np.abs(left), axis=0), _NOTHING * size)
     power = np.sum((left / scale) ** 2, axis=1)
     summed = np.concatenate([[0.0], np.cumsum(power)])

@@ -96,19 +96,31 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
         found = _read(record, report, **reading)
         mended = []
         if conversion == "force" and found.trust.left.max() > _APART:
-            least = found.trust.left.max() / _BETTER
-            for together, troubles, guess in brought_together(record, band):
-                if not all(trouble.mend for trouble in troubles):
-                    mended = troubles
-                elif troubles:
-                    other = _read(together, report, guess=guess, **reading)
-                    if other.trust.left.max() < least:
-                        found, mended, least = other, troubles, other.trust.left.max()
-            if not np.isfinite(found.trust.left).all() and all(trouble.mend for trouble in mended):
-                found = replace(found, trust=trusted(record, [found.values], band, terms, sensitive=True))
+            found, mended = _brought_together(found, record, report, reading)
         report(_STEPS)
     told = channel_troubles(record, band, order)
     return found.told(record, told, mended, noise)
+
+
+def _brought_together(found, record, report, reading):
+    """What is read once the channels are brought together, where that leaves less, and what was wrong with them."""
+    mended, least = [], found.trust.left.max() / _BETTER
+    for together, troubles, guess in brought_together(record, reading["band"]):
+        if not all(trouble.mend for trouble in troubles):
+            mended = troubles
+        elif troubles or guess is not None:
+            other = _read(together, report, guess=guess, **reading)
+            if other.trust.left.max() < least:
+                found, mended, least = other, troubles, other.trust.left.max()
+    trust = found.trust
+    if trust.fit is None and all(trouble.mend for trouble in mended):
+        starts = [found.values]
+        found = replace(found, trust=trusted(record, starts, reading["band"], reading["terms"], sensitive=True))
+    elif trust.fit is not None and trust.mended and not trust.fit.settled:  # it went astray before it was mended
+        other = _read(trust.record, report, **reading)
+        if other.trust.left.max() < trust.left.max():
+            found, mended = other, [*mended, *trust.mended]
+    return found, mended
 
 
 def _paper_s_fit(frequency, extended):
@@ -155,7 +167,7 @@ class _Read:
             nonlinear_coefficient=nsi.nonlinear_coefficient(self.extended), misfit=self.misfit,
             unexplained=self.unexplained, state_space=self.model, hold=used.hold, conversion=self.conversion,
             nominal=nominal, read=read,
-            **judged(used, band, self.values, self.misfit, folded, self.trust, mended, channels, noise),
+            **judged(used, band, _modes(self.model), self.values, self.misfit, folded, self.trust, mended, channels, noise),
         )  # fmt: skip
 
 

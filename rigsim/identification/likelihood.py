@@ -14,7 +14,7 @@ from scipy.ndimage import uniform_filter1d
 
 from .simulate import Run, Structure, simulate
 
-_STEPS = 12
+_STEPS = 20
 _SETTLED, _NEAR = 0.03, 3.0  # standard errors
 _EXACT = 1e-7  # of a parameter: no smaller step is asked for, whatever the noise
 _NOISY = 3e-3  # share of an output

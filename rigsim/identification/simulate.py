@@ -17,7 +17,7 @@ from ..compiled import compiled
 
 SENSED = ("displacement", "velocity", "acceleration")
 _SLICE = 20_000  # samples at a time, some 0.1 s
-_POINTS = 1024  # of a law's table, which holds a cubic to rounding
+_POINTS = 4096  # of a law's table, which holds a cubic to rounding
 _REACH = 3.0  # times what was met: a fit goes beyond the record's motion
 _ANGLE = 0.2  # rad of the fastest mode in a step, of which 2e-4 are lost, a sixteenth with each halving
 _SMOOTH = 5  # degree of the splines that a band-limited force is

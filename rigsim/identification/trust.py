@@ -308,6 +308,11 @@ def _given(structure, record, begins):
 def _cure(record, rest, begins, mended):
     """For single wrong samples, or places where the motion begins anew: the trouble, and record and beginnings then."""
     size = np.array([record.shaker.std(), record.mass.std()])
+    places = breaks(rest, size, record.sample_rate)
+    if places and not _named(mended, "break"):
+        said = ", ".join(f"{place / record.sample_rate:.4g}" for place in places)
+        told = f"the motion begins anew at {said} s: samples lost or repeated, runs joined, or a knock"
+        return Trouble("break", told), record, (0, *places)
     out = {name: places for name, places in zip(NAMES, spikes(rest, size), strict=True) if places.size}
     if out and sum(map(len, out.values())) < _FEW * record.force.size and not _named(mended, "spikes"):
         said = "; ".join(
@@ -316,11 +321,6 @@ def _cure(record, rest, begins, mended):
         )
         trouble = Trouble("spikes", f"single samples stand out: {said}", {"spikes": out})
         return trouble, record.realigned(**trouble.mend), begins
-    places = breaks(rest, size, record.sample_rate)
-    if places and not _named(mended, "break"):
-        said = ", ".join(f"{place / record.sample_rate:.4g}" for place in places)
-        told = f"the motion begins anew at {said} s: samples lost or repeated, runs joined, or a knock"
-        return Trouble("break", told), record, (0, *places)
     return None
 
 

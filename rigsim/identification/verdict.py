@@ -19,7 +19,7 @@ _SEEN, _MOST = 5e-3, 0.3  # of an output, and of what is left of it: worth a wor
 _UNIT = 0.01  # kg
 
 
-def judged(record, band, values, misfit, folded, trust, mended, told, noise):
+def judged(record, band, modes, values, misfit, folded, trust, mended, told, noise):
     """The fields of `Identification` that say what to believe."""
     mended, doubts = list(mended), [trouble.message for trouble in told]
     if folded > FOLDED:
@@ -32,6 +32,9 @@ def judged(record, band, values, misfit, folded, trust, mended, told, noise):
     elif trust.fit is None:
         errors, modelled, troubles = None, None, tuple(trust.troubles)
         doubts += [trouble.message for trouble in troubles]
+        if _outside(modes.frequency, band):
+            mended = []  # what a response without a resonance looks like says nothing of its channels
+            doubts.append(_nothing_in(band))
     else:
         mended += trust.mended
         record, modelled, troubles = trust.record, trust.fit.modelled, tuple(trust.troubles)
@@ -162,11 +165,19 @@ def _scales(errors, record):
     return np.maximum(np.abs(errors.value), [*least, *[0.0] * (errors.value.size - 7)]) + 1e-300
 
 
+def _outside(frequency, band):
+    return ((frequency < band[0]) | (frequency > band[1])).all()
+
+
+def _nothing_in(band):
+    return f"no resonance lies in the band {band[0]:g} to {band[1]:g} Hz: give band= the rig's own"
+
+
 def _help(worst, errors, band):
     """What would narrow the intervals."""
     modes = _modes_of(errors.value)
-    if modes is not None and ((modes[:, 0] < band[0]) | (modes[:, 0] > band[1])).all():
-        return f"no resonance lies in the band {band[0]:g} to {band[1]:g} Hz: give band= the rig's own"
+    if modes is not None and _outside(modes[:, 0], band):
+        return _nothing_in(band)
     times = (worst / _WIDE) ** 2
     if times < 100:
         return f"a record {times:.2g} times as long would do, or a cleaner one"
