@@ -15,9 +15,9 @@ from ..parameters import OscillatorParameters
 from . import nsi, physical
 from .channels import channel_troubles
 from .receptance import fit_rational_fraction
-from .refine import refine_state_space
+from .refine import fit_to_lines, refine_state_space
 from .result import RESOLUTION, Identification, frequencies
-from .subspace import fit_input_matrices, identify_state_space
+from .subspace import dynamics, extended_gram, fit_input_matrices
 from .terms import Term
 from .trust import brought_together, trusted
 from .verdict import judged
@@ -241,12 +241,24 @@ def _model(record, order, block_rows, band, report):
     the nonlinear force is strong that model's error grows in it, so the z that leaves less unexplained is cubed.
     """
     outputs = np.column_stack([record.shaker, record.mass])
-    z = record.relative - _springs_zero(record, outputs, order, block_rows, band)
+    mean = record.relative.mean()
+    w = record.relative - mean
+    # About the mean -z^3 is a sum of these columns and constants, so one Gram matrix serves any zero of the springs.
+    channels = np.column_stack([nsi.extended_inputs(record.force, w), w**2, outputs])
+    deviation = channels.std(axis=0)
+    gram = extended_gram((channels - channels.mean(axis=0)) / deviation, 2 * block_rows)
+    e = _springs_zero(record, channels, gram, deviation, order, block_rows, band)
     report(2)
-    inputs = nsi.extended_inputs(record.force, z)
-    first, singular_values = identify_state_space(inputs, outputs, record.sample_rate, order, block_rows)
+    inputs = nsi.extended_inputs(record.force, w - e)
+    mixed = np.eye(5)[[0, 1, 3, 4]]
+    mixed[1] = [0, 1, 3 * e, -3 * e**2, 3 * e**2]
+    scale = np.concatenate([inputs.std(axis=0), deviation[3:]])
+    mixed *= deviation / scale[:, None]
+    gram = (mixed @ (gram.reshape(-1, 5, len(gram)).transpose(1, 0, 2).reshape(5, -1))).reshape(4, -1, len(gram))
+    gram = gram.transpose(1, 0, 2).reshape(-1, 2 * block_rows, 5) @ mixed.T
+    A, C, singular_values = dynamics(gram.reshape(len(gram), -1), scale, 2, order)
     report(3)
-    measured = _refined(first, inputs, outputs, band)
+    measured = _refined(fit_to_lines(A, C, inputs, outputs, record.sample_rate, band), inputs, outputs, band)
     report(4)
     model = fit_input_matrices(measured[0].A, measured[0].C, inputs, outputs, record.sample_rate)
     shaker, mass = (model.simulate(inputs) - model.offset).T
@@ -254,25 +266,27 @@ def _model(record, order, block_rows, band, report):
     modelled = _refined(model, modelled_inputs, outputs, band)
     if np.linalg.norm(modelled[2] / measured[2]) < np.sqrt(2):
         return singular_values, modelled_inputs, *modelled
-    return singular_values, inputs, *measured
+    return singular_values, inputs, replace(measured[0], start=model.start, offset=model.offset), *measured[1:]
 
 
-def _springs_zero(record, outputs, order, block_rows, band):
-    """Reading of z at which the springs' cubic force is zero: an offset of the sensors, not the mean of the motion.
+def _springs_zero(record, channels, gram, deviation, order, block_rows, band):
+    """Reading of z, about its mean, at which the springs' cubic force is zero: an offset of the sensors.
 
     With w about the mean and z = w - e, -z^3 = -w^3 + 3 e w^2 - 3 e^2 w + e^3. The last two are a stiffness and a
     constant, so [f, -w^3, w^2] are inputs of an exact linear model, whose last column is 3 e times the second.
+    ``gram`` is that of the ``channels`` (n, 5), these inputs and the outputs, over their ``deviation``.
     """
-    mean = record.relative.mean()
-    w = record.relative - mean
-    inputs = np.column_stack([nsi.extended_inputs(record.force, w), w**2])
-    model, _ = identify_state_space(inputs, outputs, record.sample_rate, order, block_rows)
+    inputs, outputs = channels[:, :3], channels[:, 3:]
+    rows = 10 * max(block_rows // 2, order)  # the model is refined below: half the block rows do
+    A, C, _ = dynamics(gram[:rows, :rows], deviation, 3, order)
+    model = fit_to_lines(A, C, inputs, outputs, record.sample_rate, band)
     model, noise, _ = refine_state_space(model, inputs, outputs, band)
     frequency = frequencies(band, record.sample_rate)
     response = nsi.extended_receptance(model, frequency, record.hold, "none") / noise[:, None]
     cube, square = response[..., 1], response[..., 2]
     offset = np.vdot(cube, square).real / np.vdot(cube, cube).real / 3
-    return mean + np.clip(offset, -w.std(), w.std())  # without a cubic force any offset would do
+    size = np.std(channels[:, 3] - channels[:, 4])
+    return np.clip(offset, -size, size)  # without a cubic force any offset would do
 
 
 def _refined(model, inputs, outputs, band):

@@ -30,7 +30,7 @@ CONVERSIONS = ("force", "all", "none")
 
 def extended_inputs(force, relative):
     """u = [f, -z^3], shape (n, 2), from force (N) and relative displacement (m), each of shape (n,)."""
-    return np.column_stack([force, -(relative**3)])
+    return np.column_stack([force, -(relative * relative * relative)])
 
 
 def folded_share(relative, sample_rate, band):

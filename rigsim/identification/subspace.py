@@ -20,6 +20,7 @@ from ..campaign.stop import sliced
 from ..compiled import compiled
 
 _SLICE = 20_000  # samples at a time, some 0.1 s
+_ROWS, _GROUP = 1000, 16  # samples whose regressors, and whose products, stay in the processor's cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,44 +54,96 @@ class StateSpace:
         return np.concatenate([_simulate(*matrices, state, inputs[part]) for part in sliced(len(inputs), _SLICE)])
 
 
-def identify_state_space(inputs, outputs, sample_rate, order, block_rows):
+def identify_state_space(inputs, outputs, sample_rate, order, block_rows, method="gram"):
     """State-space model of ``order`` states that turns ``inputs`` into ``outputs``.
 
     The channels, (n, p) and (n, q), are sampled at ``sample_rate`` (Hz) and each varies; ``block_rows`` are those of
     the past and of the future, at least one more than ``order / q``. Constant offsets of any channel are projected out
     exactly, and come back as the model's ``offset``. Poles outside the unit circle are mirrored into it.
+    ``method`` "qr" forms the Hankel matrix and factors it, which takes long and much memory: the check on "gram".
 
     Returns the `StateSpace` and the singular values (block_rows q,) of the projected future outputs, channels scaled to
     unit deviation: a jump after the ``order``-th tells the order of the system.
     """
-    p, q = inputs.shape[1], outputs.shape[1]
     channels = np.hstack([inputs, outputs])
     deviation = channels.std(axis=0)
     channels = (channels - channels.mean(axis=0)) / deviation
-    observability, singular_values = _observability(channels, p, order, block_rows)
+    if method == "qr":
+        windows = np.lib.stride_tricks.sliding_window_view(channels, 2 * block_rows, axis=0).transpose(0, 2, 1)
+        hankel = windows.reshape(len(windows), -1)
+        hankel = (hankel - hankel.mean(axis=0))[:, _sorted_rows(*channels.shape[1:], inputs.shape[1], block_rows)]
+        root = np.linalg.qr(hankel, mode="r").T
+        A, C, singular_values = _from_root(root, deviation, inputs.shape[1], order)
+    else:
+        gram = extended_gram(channels, 2 * block_rows)
+        A, C, singular_values = dynamics(gram, deviation, inputs.shape[1], order)
+    return fit_input_matrices(A, C, inputs, outputs, sample_rate), singular_values
 
-    C = observability[:q]
+
+def dynamics(gram, deviation, p, order):
+    """A, C and all singular values from the extended Gram matrix of channels, of which the first ``p`` are inputs.
+
+    The channels were divided by ``deviation`` (c,), and C is in the units they had before.
+    """
+    rows = _sorted_rows(deviation.size, p, len(gram) // (2 * deviation.size))
+    gram = gram[np.ix_(rows, rows)]
+    try:
+        lower = linalg.cholesky(gram, lower=True)
+    except linalg.LinAlgError:  # as of a clean record, whose G is singular to rounding
+        values, vectors = linalg.eigh(gram)
+        root = vectors * np.sqrt(np.clip(values, 0.0, None))
+        lower = linalg.qr(root.T, mode="r")[0].T
+    return _from_root(lower, deviation, p, order)
+
+
+def _sorted_rows(c, p, block_rows):
+    """Which rows of the Hankel matrix are the inputs of the future, the past and the outputs of the future."""
+    past, future = np.arange(2 * block_rows * c).reshape(2, block_rows, c)
+    return np.concatenate([future[:, :p].ravel(), past.ravel(), future[:, p:].ravel()])
+
+
+def _from_root(lower, deviation, p, order):
+    """What `dynamics` returns, from the lower triangle of the sorted Hankel matrix."""
+    c, q = deviation.size, deviation.size - p
+    block_rows = len(lower) // (2 * c)
+    first, second = block_rows * p, block_rows * (p + c)
+    left, singular_values, _ = linalg.svd(lower[second:, first:second], full_matrices=False)
+    observability = left[:, :order] * np.sqrt(singular_values[:order])
     A = _stable(np.linalg.lstsq(observability[:-q], observability[q:], rcond=None)[0])
-    return fit_input_matrices(A, deviation[p:, None] * C, inputs, outputs, sample_rate), singular_values
+    return A, deviation[p:, None] * observability[:q], singular_values
 
 
 def fit_input_matrices(A, C, inputs, outputs, sample_rate):
     """The `StateSpace` of given A and C whose B, D, start and offset fit the record best, by least squares in time.
 
-    Every eigenvalue of A (o, o) is inside the unit circle. The record is ``inputs`` (n, p) and ``outputs`` (n, q) at
-    ``sample_rate`` (Hz); each output counts in proportion to its deviation.
+    The eigenvalues of A (o, o) are distinct and inside the unit circle. The record is ``inputs`` (n, p) and
+    ``outputs`` (n, q) at ``sample_rate`` (Hz); each output counts in proportion to its deviation.
     """
     (order, p), q = (len(A), inputs.shape[1]), len(C)
     to_inputs, to_outputs = 1 / inputs.std(axis=0), outputs.std(axis=0)
     mean = outputs.mean(axis=0)
-    scaled = np.ascontiguousarray(C / to_outputs[:, None])
-    triangle = _triangle(A, scaled, inputs * to_inputs, (outputs - mean) / to_outputs)
-    scale = np.linalg.norm(triangle[:, :-1], axis=0)
-    solution = np.linalg.lstsq(triangle[:, :-1] / scale, triangle[:, -1], rcond=None)[0] / scale
+    poles, vectors = np.linalg.eig(A)
+    poles, vectors = poles.astype(complex)[poles.imag >= 0], vectors.astype(complex)[:, poles.imag >= 0]
+    # Real coordinates of the states: real and imaginary part of a pair's, the one of a real pole.
+    kept = np.concatenate([np.full(poles.size, True), poles.imag > 0])
+    states = np.hstack([vectors * np.where(poles.imag > 0, 2, 1), -2 * vectors.imag]).real[:, kept]
+    triangle = _triangle(poles, C @ vectors / to_outputs[:, None], inputs, to_inputs, outputs, mean, to_outputs)
+    solution = least_squares(triangle, np.finfo(float).eps * len(triangle))
     start, B, D, offset = np.split(solution, np.cumsum([order, p * order, p * q]))
-    B = B.reshape(p, order).T * to_inputs
+    B = states @ B.reshape(p, order).T * to_inputs
     D = to_outputs[:, None] * D.reshape(p, q).T * to_inputs
-    return StateSpace(A, B, C, D, start, mean + to_outputs * offset, sample_rate)
+    return StateSpace(A, B, C, D, states @ start, mean + to_outputs * offset, sample_rate)
+
+
+def stack(triangle, rows):
+    """Triangular factor of the rows above and those of ``rows``, the last column the right side of least squares."""
+    return np.linalg.qr(np.concatenate([triangle, rows]), mode="r")
+
+
+def least_squares(triangle, flat):
+    """Least squares of least norm, columns scaled alike, from the factor of [columns, right side]; see `stack`."""
+    scale = np.linalg.norm(triangle[:, :-1], axis=0)
+    return np.linalg.lstsq(triangle[:, :-1] / scale, triangle[:, -1], rcond=flat)[0] / scale
 
 
 def extended_gram(channels, block_rows):
@@ -101,8 +154,7 @@ def extended_gram(channels, block_rows):
     samples, c = channels.shape
     n = samples - block_rows + 1
     gram = np.empty((block_rows, c, block_rows, c))
-    for b in range(block_rows):
-        gram[0, :, b] = channels[:n].T @ channels[b : b + n]
+    gram[0] = _lagged(channels, n, block_rows).transpose(1, 0, 2)
     head, tail = channels[: block_rows - 1], channels[n:]
     for a in range(block_rows - 1):
         added = np.einsum("i,bj->ibj", tail[a], tail[a:]) - np.einsum("i,bj->ibj", head[a], head[a:])
@@ -114,19 +166,24 @@ def extended_gram(channels, block_rows):
     return gram.reshape(block_rows * c, block_rows * c)
 
 
-def _observability(channels, p, order, block_rows):
-    """Extended observability matrix, shape (block_rows q, order), and all singular values."""
-    c = channels.shape[1]
-    gram = extended_gram(channels, 2 * block_rows)
-    past, future = np.arange(2 * block_rows * c).reshape(2, block_rows, c)
-    sorted_rows = np.concatenate([future[:, :p].ravel(), past.ravel(), future[:, p:].ravel()])
-    # A Cholesky factor does not exist when the record is clean, since G is then singular to rounding.
-    values, vectors = linalg.eigh(gram[np.ix_(sorted_rows, sorted_rows)])
-    root = vectors * np.sqrt(np.clip(values, 0.0, None))
-    lower = linalg.qr(root.T, mode="r")[0].T
-    first, second = block_rows * p, block_rows * (p + c)
-    left, singular_values, _ = linalg.svd(lower[second:, first:second], full_matrices=False)
-    return left[:, :order] * np.sqrt(singular_values[:order]), singular_values
+def _lagged(channels, n, lags):
+    """Sums over j < n of w[j] w[j + b]^T for each b < lags, shape (lags, c, c).
+
+    Rows of `_GROUP` samples against rows that begin with the same ones and go on: few large products of matrices,
+    whose diagonals of blocks are the sums.
+    """
+    c, whole, width = channels.shape[1], n // _GROUP, lags + _GROUP - 1
+    products = np.zeros((_GROUP * c, width * c))
+    for begin in range(0, whole, _SLICE // _GROUP):
+        first, last = _GROUP * begin, _GROUP * min(begin + _SLICE // _GROUP, whole)
+        piece = np.lib.stride_tricks.sliding_window_view(channels[first : last + lags - 1], width, axis=0)[::_GROUP]
+        piece = piece.transpose(0, 2, 1).reshape(len(piece), -1)
+        products += piece[:, : _GROUP * c].T @ piece
+    products = products.reshape(_GROUP, c, width, c)
+    sums = sum(products[i, :, i : i + lags] for i in range(_GROUP)).transpose(1, 0, 2)
+    for b in range(lags):
+        sums[b] += channels[_GROUP * whole : n].T @ channels[_GROUP * whole + b : n + b]
+    return sums
 
 
 def _stable(A):
@@ -139,67 +196,53 @@ def _stable(A):
     return np.real(vectors * mirrored @ np.linalg.inv(vectors))
 
 
-def _triangle(A, C, inputs, outputs):
-    """Triangular factor of [regressors, outputs], a row rotated in at a time so that none is stored.
+def _triangle(poles, observed, inputs, to_inputs, outputs, mean, to_outputs):
+    """Triangular factor of [regressors, outputs], a few rows at a time so that few are stored.
 
-    The regressors of output i at sample r: C A^r, C sum A^(r-1-s) u_j[s], u_j[r] and one,
-    which multiply the first state, column j of B, column j of D and the offset.
+    Pole by pole, with l a pole and g = C v the outputs of its vector, output i at sample r has the regressors
+    g l^r, g sum l^(r-1-s) u_j[s], u_j[r] and one, which multiply coordinates of the first state and of column j of B,
+    column j of D and the offset. Outputs count from ``mean`` in ``to_outputs``.
     """
-    p, (q, order) = inputs.shape[1], C.shape
-    size = order + p * order + p * q + q + 1
-    triangle, free, forced = np.zeros((size, size)), np.eye(order), np.zeros((p, order, order))
-    for part in sliced(len(inputs), _SLICE):
-        _rotate_rows_in(triangle, free, forced, A, C, inputs[part], outputs[part])
+    p, q = inputs.shape[1], len(observed)
+    coordinates = poles.size + np.count_nonzero(poles.imag > 0)
+    triangle = np.zeros((0, (1 + p) * coordinates + p * q + q + 1))
+    states = np.zeros((1 + p, poles.size), dtype=complex)
+    states[0] = 1.0
+    for begin in range(0, len(inputs), _ROWS):
+        part = slice(begin, begin + _ROWS)
+        scaled = (inputs[part] * to_inputs, (outputs[part] - mean) / to_outputs)
+        triangle = stack(triangle, _regressors(poles, observed, states, *scaled, triangle.shape[1]))
     return triangle
 
 
 @compiled
-def _rotate_rows_in(triangle, free, forced, A, C, inputs, outputs):
-    """The next rows of `_triangle`; ``free`` (A^r) and ``forced`` (a matrix an input) go on from sample to sample."""
-    (samples, p), (q, order) = inputs.shape, C.shape
-    last = triangle.shape[0] - 1
-    row = np.empty(last + 1)
+def _regressors(poles, observed, states, inputs, outputs, size):
+    """The next rows of `_triangle`; ``states`` (1 + p, poles) go on from sample to sample."""
+    (samples, p), (q, modes) = inputs.shape, observed.shape
+    coordinates = (size - 1 - q - p * q) // (1 + p)
+    rows = np.zeros((samples * q, size))
     for r in range(samples):
         for i in range(q):
-            row[:] = 0.0
-            for t in range(order):
-                for s in range(order):
-                    row[s] += C[i, t] * free[t, s]
-                    for j in range(p):
-                        row[order + j * order + s] += C[i, t] * forced[j, t, s]
+            row = rows[r * q + i]
+            for j in range(1 + p):
+                second = j * coordinates + modes
+                for k in range(modes):
+                    seen = observed[i, k] * states[j, k]
+                    if poles[k].imag > 0:
+                        row[j * coordinates + k] = 2 * seen.real
+                        row[second] = -2 * seen.imag
+                        second += 1
+                    else:
+                        row[j * coordinates + k] = seen.real
             for j in range(p):
-                row[order + p * order + j * q + i] = inputs[r, j]
-            row[last - q + i] = 1.0
-            row[last] = outputs[r, i]
-            _rotate_in(triangle, row)
-        free[:] = _times(A, free)
-        for j in range(p):
-            forced[j] = _times(A, forced[j])
-            for s in range(order):
-                forced[j, s, s] += inputs[r, j]
-
-
-@compiled
-def _rotate_in(triangle, row):
-    """Givens rotations that take one more row into an upper triangle; ``row`` is used up."""
-    for k in range(row.size):
-        if row[k] != 0.0:
-            size = np.hypot(triangle[k, k], row[k])
-            cosine, sine = triangle[k, k] / size, row[k] / size
-            for j in range(k, row.size):
-                above = triangle[k, j]
-                triangle[k, j] = cosine * above + sine * row[j]
-                row[j] = cosine * row[j] - sine * above
-
-
-@compiled
-def _times(left, right):
-    product = np.zeros_like(right)
-    for i in range(left.shape[0]):
-        for k in range(left.shape[1]):
-            for j in range(right.shape[1]):
-                product[i, j] += left[i, k] * right[k, j]
-    return product
+                row[(1 + p) * coordinates + j * q + i] = inputs[r, j]
+            row[size - 1 - q + i] = 1.0
+            row[size - 1] = outputs[r, i]
+        for k in range(modes):
+            states[0, k] *= poles[k]
+            for j in range(p):
+                states[j + 1, k] = poles[k] * states[j + 1, k] + inputs[r, j]
+    return rows
 
 
 @compiled

@@ -14,6 +14,7 @@ import numpy as np
 from run import fastest
 
 from rigsim import RigParameters, random_test
+from rigsim.identification.subspace import dynamics, extended_gram
 
 BLOCK_ROWS = 40
 
@@ -53,6 +54,12 @@ def measure():
     channels = np.stack([record.force, record.relative**3, record.shaker, record.mass], axis=1)
     channels /= channels.std(axis=0)
     unit = fastest(lambda: hankel_gram(channels, 2 * BLOCK_ROWS), 2)
+    rows = 2 * BLOCK_ROWS
+    step = fastest(lambda: dynamics(extended_gram(channels, rows), np.ones(4), 2, 4), 3)
+    # A tenth of the Hankel matrix's columns: its time is proportional to them, and all would take a gigabyte.
+    part = np.lib.stride_tricks.sliding_window_view(channels[: len(channels) // 10], rows, axis=0)
+    part = part.reshape(len(part), -1)
+    factored = fastest(lambda: np.linalg.qr(part, mode="r"), 2)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "record.nc"
         record.save(file)
@@ -60,6 +67,8 @@ def measure():
     first, second, before, after = json.loads(done.stdout)
     return [
         ("unit: Gram matrix by matrix products", unit, "s", 1.0),
+        ("Gram matrix, its root and the dynamics", step, "s", step / unit),
+        ("numpy's QR of a tenth of the Hankel matrix", factored, "s", factored / unit),
         ("identify, first call", first, "s", first / unit),
         ("identify, again", second, "s", second / unit),
         ("largest memory of the process", after / 2**20, "MiB", None),

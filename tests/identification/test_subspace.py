@@ -84,6 +84,22 @@ def test_units_of_the_channels_do_not_matter(scales):
     np.testing.assert_allclose(back, response(plain, frequency), rtol=1e-5, atol=1e-7)
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_the_hankel_matrix_itself_says_the_same(noise):
+    """The Gram matrix loses half the digits of what is small, and what is small is not in the model."""
+    rng = np.random.default_rng(6)
+    true = known_system((5.0, -3.0, 2.0, 1.0), (7.0, -2.0))
+    inputs = rng.normal(size=(3000, 2))
+    outputs = true.simulate(inputs)
+    outputs = outputs + noise * outputs.std(axis=0) * rng.normal(size=outputs.shape)
+    frequency = np.linspace(0.1, 49.9, 50)
+    (gram, values), (exact, exact_values) = (
+        identify_state_space(inputs, outputs, 100.0, 4, 10, method) for method in ("gram", "qr")
+    )
+    np.testing.assert_allclose(values, exact_values, rtol=1e-9, atol=1e-5 * values[0])
+    np.testing.assert_allclose(response(gram, frequency), response(exact, frequency), rtol=1e-6, atol=1e-7)
+
+
 def test_given_a_and_c_the_rest_is_plain_least_squares():
     true = known_system((1.0, 2.0, 3.0, 4.0), (0.5, 0.25))
     rng = np.random.default_rng(3)
