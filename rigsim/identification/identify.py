@@ -97,6 +97,11 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
         mended = []
         if conversion == "force" and found.trust.left.max() > _APART:
             found, mended = _brought_together(found, record, report, reading)
+        trust = found.trust
+        if conversion == "force" and trust.fit and trust.mended and not trust.fit.settled:
+            other = _read(trust.record, report, **reading)  # it went astray before the record was mended
+            if other.trust.left.max() < trust.left.max():
+                found, mended = other, [*mended, *trust.mended]
         report(_STEPS)
     told = channel_troubles(record, band, order)
     return found.told(record, told, mended, noise)
@@ -116,10 +121,6 @@ def _brought_together(found, record, report, reading):
     if trust.fit is None and all(trouble.mend for trouble in mended):
         starts = [found.values]
         found = replace(found, trust=trusted(record, starts, reading["band"], reading["terms"], sensitive=True))
-    elif trust.fit is not None and trust.mended and not trust.fit.settled:  # it went astray before it was mended
-        other = _read(trust.record, report, **reading)
-        if other.trust.left.max() < trust.left.max():
-            found, mended = other, [*mended, *trust.mended]
     return found, mended
 
 
@@ -167,7 +168,9 @@ class _Read:
             nonlinear_coefficient=nsi.nonlinear_coefficient(self.extended), misfit=self.misfit,
             unexplained=self.unexplained, state_space=self.model, hold=used.hold, conversion=self.conversion,
             nominal=nominal, read=read,
-            **judged(used, band, _modes(self.model), self.values, self.misfit, folded, self.trust, mended, channels, noise),
+            **judged(
+                used, band, _modes(self.model), self.values, self.misfit, folded, self.trust, mended, channels, noise
+            ),
         )  # fmt: skip
 
 

@@ -153,8 +153,8 @@ def _timing(motion, velocity, rate):
 def _sensor(motion, force, one, other):
     name, beside = NAMES[one], NAMES[other]
     more = lambda size: (  # noqa: E731
-        f"the sensitivity of {name} is {100 * abs(size):.2g} % {'larger' if size > 0 else 'smaller'} than told, against "
-        f"that of {beside}"
+        f"the sensitivity of {name} is {100 * abs(size):.2g} % {'larger' if size > 0 else 'smaller'} than told, "
+        f"against that of {beside}"
     )
     yield Candidate("gain", _of(one, motion), more)
     leaked = np.column_stack([motion[:, other]] * 2)

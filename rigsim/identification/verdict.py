@@ -161,7 +161,7 @@ def _scales(errors, record):
     ms, ks, _, m, _, k1, k3 = np.abs(errors.value[:7])
     spread = record.relative.std() ** 2
     damping = 0.01 * np.sqrt([ks * ms, (k1 + 3 * k3 * spread) * m])
-    least = [0, 0, damping[0], 0, damping[1], 0.3 * k3 * spread, 1e-4 * k1 / spread]
+    least = [0, 0, damping[0], 0, damping[1], 0.3 * k3 * spread, 1e-7 * k1 / spread]
     return np.maximum(np.abs(errors.value), [*least, *[0.0] * (errors.value.size - 7)]) + 1e-300
 
 
