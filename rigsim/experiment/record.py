@@ -12,17 +12,16 @@ import numpy as np
 
 from .. import checks, parameters
 from ..results import Result, frame
+from .channels import HOLDS, KINDS, OUTPUTS, UNITS, checked_kinds
 from .formats import FORMATS
 from .lines import strongest_lines
 from .realign import realigned
 
-HOLDS = ("zero", "linear", "band-limited")
 _REACH = np.pi / 2  # rad; at a right angle every rig's wires are past theirs
-UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad"}
 # What a file may say of a record, and as what: the fields above, and how many samples it should hold.
 _DETAILS = {"sample_rate": (int, float), "hold": (str,), "seed": (int, float), "start": (str,), "parameters": (dict,)}
-_DETAILS |= {"step": (int, float), "samples": (int,)}
-_EXPECTED = {int: "a number", str: "a text", dict: "an object with a kind"}
+_DETAILS |= {"step": (int, float), "kinds": (dict,), "samples": (int,)}
+_EXPECTED = {int: "a number", str: "a text", dict: "an object"}
 _SPELLED = {
     "N": ("N", "newton", "newtons"),
     "m": ("m", "meter", "meters", "metre", "metres"),
@@ -34,16 +33,18 @@ _KINDS = {kind.__name__: kind for kind in (parameters.RigParameters, parameters.
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Record(Result):
-    """Force and displacements of one test, sampled together.
+    """Force and motions of one test, sampled together.
 
-    Sample k of every displacement is taken before ``force[k]`` acts.
+    Sample k of every motion is taken before ``force[k]`` acts. An array that nobody can write to is kept as it is,
+    any other is copied.
 
     Parameters
     ----------
     force : array_like, shape (n,)
         Force on the shaker (N).
     shaker, mass : array_like, shape (n,)
-        Displacement of the shaker xs and of the suspended mass x (m).
+        Displacement of the shaker xs and of the suspended mass x (m), or what ``kinds`` says. ``mass`` may be None: a
+        rig with one sensor.
     sample_rate : float
         Samples a second (Hz).
     hold : {"zero", "linear", "band-limited"}
@@ -59,6 +60,9 @@ class Record(Result):
         What was tested, where it is known.
     step : float, optional
         Integration step behind a simulated record (s), at most a sample interval.
+    kinds : dict of str to str, optional
+        What "shaker" and "mass" are, "displacement" (the default, m), "velocity" (m/s) or "acceleration" (m/s^2);
+        always whole in the record.
 
     Raises
     ------
@@ -69,7 +73,7 @@ class Record(Result):
 
     force: np.ndarray
     shaker: np.ndarray
-    mass: np.ndarray
+    mass: np.ndarray | None
     sample_rate: float
     hold: str = "zero"
     tilt: np.ndarray | None = None
@@ -77,18 +81,21 @@ class Record(Result):
     start: str | None = None
     parameters: object = None
     step: float | None = None
+    kinds: dict | None = None
 
     plots = {"record": "record_figure"}
 
     def __post_init__(self):
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
-        for name, unit in UNITS.items():
+        kinds = checked_kinds(self.kinds)
+        set_field("kinds", {name: kind for name, kind in kinds.items() if getattr(self, name) is not None})
+        for name in UNITS:
             values = getattr(self, name)
-            if values is None and name == "tilt":
+            if values is None and name in ("mass", "tilt"):
                 continue
             reach = _REACH if name == "tilt" else np.inf
-            values = checks.array(name, values, unit, min_size=2, low=-reach, high=reach, physical=False)
-            channel = np.array(values)  # a copy of its own
+            values = checks.array(name, values, self.units[name], min_size=2, low=-reach, high=reach, physical=False)
+            channel = np.array(values) if values.flags.writeable or values.base is not None else values
             n = channel.size if name == "force" else self.force.size
             if channel.size != n:
                 raise ValueError(f"{name} has {channel.size} samples; expected {n}, as many as the force")
@@ -139,8 +146,18 @@ class Record(Result):
         return np.arange(self.force.size) / self.sample_rate
 
     @property
+    def units(self):
+        """Unit of each channel there is, by name."""
+        outputs = {name: KINDS[kind] for name, kind in self.kinds.items()}
+        return {name: outputs.get(name, unit) for name, unit in UNITS.items() if getattr(self, name) is not None}
+
+    @property
     def relative(self):
-        """Relative displacement z = xs - x (m), shape (n,)."""
+        """Relative motion z = xs - x, shape (n,): a displacement (m) where both are. `ValueError` if there is none."""
+        if len(set(self.kinds.values())) != 1 or self.mass is None:
+            told = "the shaker alone" if self.mass is None else f"a shaker's {self.kinds['shaker']} and a mass's "
+            told += "" if self.mass is None else self.kinds["mass"]
+            raise ValueError(f"the record has {told}; z = xs - x is expected of two channels of one kind")
         return self.shaker - self.mass
 
     @property
@@ -155,15 +172,19 @@ class Record(Result):
 
     def summary(self):
         """One line: how long, how fast, how large."""
+        known = "relative" in (signals := self.signals)
+        name, largest = ("|xs - x|", signals["relative"]) if known else ("|shaker|", self.shaker)
+        unit = self.units["shaker"]
+        scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
         return (
             f"Record of {self.duration:g} s at {self.sample_rate:g} Hz ({self.force.size} samples): force "
-            f"{self.force.std():.4g} N rms ({self.hold} hold), largest |xs - x| {1e3 * abs(self.relative).max():.4g} mm"
+            f"{self.force.std():.4g} N rms ({self.hold} hold), largest {name} {scale * abs(largest).max():.4g} {unit}"
         )
 
     def table(self):
         """`pandas.DataFrame` of rms about the mean, mean and largest value of each channel and of z."""
-        channels = self.channels | {"relative": self.relative}
-        rows = [(name, c.std(), c.mean(), abs(c).max(), UNITS.get(name, "m")) for name, c in channels.items()]
+        units = self.units | {"relative": self.units["shaker"]}
+        rows = [(name, c.std(), c.mean(), abs(c).max(), units[name]) for name, c in self.signals.items()]
         return frame(rows, ["channel", "rms", "mean", "largest", "unit"], index="channel")
 
     def spectrum(self, channel, frequency):
@@ -206,8 +227,14 @@ class Record(Result):
         signal, band = self._signal(channel), checks.pair("band", band, "Hz", low_open=False)
         return strongest_lines(self.time, signal, band)[0]
 
+    @property
+    def signals(self):
+        """The `channels` by name and, where two outputs of one kind make it, z as "relative"."""
+        z = {} if self.mass is None or len(set(self.kinds.values())) > 1 else {"relative": self.relative}
+        return self.channels | z
+
     def _signal(self, channel):
-        signals = self.channels | {"relative": self.relative}
+        signals = self.signals
         return signals[checks.one_of("channel", channel, tuple(signals))]
 
     def save(self, path):
@@ -236,7 +263,7 @@ class Record(Result):
         temporary = target.with_name(f".rigsim-{uuid4().hex}")
         try:
             with open(temporary, "xb") as file:
-                write(file, _details(self), {"time": self.time} | self.channels)
+                write(file, _details(self), {"time": self.time} | self.channels, {"time": "s"} | self.units)
             if target.exists():
                 shutil.copymode(target, temporary)
             os.replace(temporary, target)
@@ -286,14 +313,16 @@ class Record(Result):
             )
         details["parameters"] = _tested(path, details.get("parameters"))
         try:
-            return cls(**channels, **details)
+            return cls(**{"mass": None} | channels, **details)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
 
 def _check(path, details, channels, units):
     """What every file must hold, whatever reads it."""
-    for name in ("force", "shaker", "mass"):
+    kinds = details.get("kinds")
+    one_sensor = isinstance(kinds, dict) and "mass" not in kinds
+    for name in ("force", "shaker") if one_sensor else ("force", "shaker", "mass"):
         if name not in channels:
             raise ValueError(f"{path} has no channel {name}; expected force, shaker and mass")
     for name, value in details.items():
@@ -308,7 +337,9 @@ def _check(path, details, channels, units):
                 f"{name} in {path} has {values.size} samples; expected {count}, as the file or its force says"
             )
     for name, unit in units.items():
-        known = _SPELLED[UNITS.get(name, "s")]
+        kind = (kinds or {}).get(name, "displacement") if name in OUTPUTS else None
+        said = {"velocity": "m/s", "acceleration": "m/s^2"}.get(kind, UNITS.get(name, "s"))
+        known = _SPELLED.get(said, (said,))
         if name in channels and unit.strip().partition(" since ")[0] not in known:
             raise ValueError(f"unit of {name} in {path} = {reprlib.repr(unit)} is not allowed; expected {known[0]}")
 
@@ -356,6 +387,8 @@ def _tested(path, values):
 def _details(record):
     """What the header of a file says, without what is unknown."""
     details = {name: getattr(record, name) for name in _DETAILS if name != "samples"}
+    if record.kinds == checked_kinds(None):
+        del details["kinds"]
     if record.parameters is not None:
         details["parameters"] = {"kind": type(record.parameters).__name__, **asdict(record.parameters)}
     return {name: value for name, value in details.items() if value is not None}

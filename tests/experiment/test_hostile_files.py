@@ -83,7 +83,7 @@ def header(details):
         ),
         (header('{"sample_rate": 5, "hold": "zero", "start": 1}'), "start in "),
         (header('{"sample_rate": 5, "hold": "zero", "step": "fine"}'), "step in "),
-        (header('{"sample_rate": 5, "hold": "zero", "parameters": null}'), "expected an object with a kind"),
+        (header('{"sample_rate": 5, "hold": "zero", "parameters": null}'), "expected an object"),
         (header('{"sample_rate": 5, "hold": "zero", "samples": 3}'), "force in .* has 2 samples; expected 3"),
         (header('{"sample_rate": 5, "hold": "zero", "samples": 2}')[:-1], "line 4, the file is cut off here"),
         (HEAD + NAMES, "line 2, no samples follow"),

@@ -332,3 +332,39 @@ def test_strongest_line_of_a_channel():
         record.strongest_line("tilt", (5, 60))
     with pytest.raises(ValueError, match="frequency = 0.1 Hz"):
         record.spectrum("mass", 0.1)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".nc"])
+def test_outputs_may_be_of_any_kind_and_one_alone(tmp_path, suffix):
+    one = small(mass=None, tilt=None)
+    mixed = small(kinds={"shaker": "acceleration"})
+    equal = small(kinds={"shaker": "velocity", "mass": "velocity"})
+    assert one.kinds == {"shaker": "displacement"} and one.units == {"force": "N", "shaker": "m"}
+    assert mixed.units["shaker"] == "m/s^2" and mixed.units["mass"] == "m"
+    np.testing.assert_array_equal(equal.relative, equal.shaker - equal.mass)
+    for number, record in enumerate((one, mixed, equal)):
+        assert "\n" not in record.summary() and list(record.table().unit) and "z" not in record.channels
+        record.save(path := tmp_path / f"{number}{suffix}")
+        again = Record.load(path)
+        assert again.kinds == record.kinds and again.channels.keys() == record.channels.keys()
+        np.testing.assert_array_equal(again.shaker, record.shaker)
+    for record in (one, mixed):
+        assert "relative" not in record.table().index
+        with pytest.raises(ValueError, match="z = xs - x is expected of two channels of one kind"):
+            _ = record.relative
+    assert mixed.realigned(swap=True).kinds == {"shaker": "displacement", "mass": "acceleration"}
+    assert one.realigned(delay={"shaker": 1e-3}).mass is None
+    for kinds, message in (
+        ("acceleration", "kinds = 'acceleration' is not allowed"),
+        ({"force": "velocity"}, "channel of kinds = 'force'"),
+        ({"mass": "jerk"}, "kind of mass = 'jerk'"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            small(kinds=kinds)
+
+
+def test_an_array_that_nobody_can_write_to_is_not_copied():
+    force = np.ones(50)
+    force.flags.writeable = False
+    assert small(force=force).force is force
+    assert small(force=force[:50]).force is not force, "it is a part of one that could be written to"

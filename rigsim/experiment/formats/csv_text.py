@@ -17,7 +17,7 @@ _LONGEST, _MOST = json_details.LONGEST, 64  # characters in a line, columns
 _ENDS = ("\n", "\r")
 
 
-def write(file, details, channels):
+def write(file, details, channels, units):  # noqa: ARG001
     """Write every digit of every channel but the time, which the sample rate gives, and how many samples there are."""
     names = [name for name in channels if name != "time"]
     values = np.column_stack([channels[name] for name in names])

@@ -33,11 +33,11 @@ def seconds(size):
     return 2 + size / 20e6
 
 
-def write(file, details, channels):
+def write(file, details, channels, units):
     """Write channels as variables over time, with their units."""
     import xarray as xr
 
-    variables = {name: ("time", values, {"units": UNITS[name]}) for name, values in channels.items()}
+    variables = {name: ("time", values, {"units": units[name]}) for name, values in channels.items()}
     dataset = xr.Dataset(variables, attrs={"rigsim_record": json.dumps(details)})
     whole = io.BytesIO()  # libhdf5 does not survive a full disk; writing bytes does
     dataset.to_netcdf(whole, engine="h5netcdf")
