@@ -1,34 +1,19 @@
 """`Record`: the channels of a test, and what any file of them must say."""
 
-import os
-import reprlib
-import shutil
-from contextlib import suppress
-from dataclasses import MISSING, asdict, dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from uuid import uuid4
 
 import numpy as np
 
 from .. import checks, parameters
 from ..results import Result, frame
-from .channels import HOLDS, KINDS, OUTPUTS, UNITS, checked_kinds
-from .formats import FORMATS
+from .channels import HOLDS, KINDS, UNITS, checked_kinds
 from .lines import strongest_lines
+from .reading import fields_of, inspected
 from .realign import realigned
+from .saving import saved, tested
 
 _REACH = np.pi / 2  # rad; at a right angle every rig's wires are past theirs
-# What a file may say of a record, and as what: the fields above, and how many samples it should hold.
-_DETAILS = {"sample_rate": (int, float), "hold": (str,), "seed": (int, float), "start": (str,), "parameters": (dict,)}
-_DETAILS |= {"step": (int, float), "kinds": (dict,), "samples": (int,)}
-_EXPECTED = {int: "a number", str: "a text", dict: "an object"}
-_SPELLED = {
-    "N": ("N", "newton", "newtons"),
-    "m": ("m", "meter", "meters", "metre", "metres"),
-    "s": ("s", "sec", "second", "seconds"),
-    "rad": ("rad", "radian", "radians"),
-}
-_KINDS = {kind.__name__: kind for kind in (parameters.RigParameters, parameters.OscillatorParameters)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -240,48 +225,34 @@ class Record(Result):
     def save(self, path):
         """Write the record, whole or not at all; the suffix chooses the format.
 
-        ``.csv``: a first line ``# {...}`` with sample rate, hold and details as JSON, a line
-        of channel names, then a line a sample, with every digit. ``.nc``: netCDF 4, the same
-        details as attributes.
+        ``.csv``, or ``.csv.gz``: a first line ``# {...}`` with sample rate, hold, number of samples and details as
+        JSON, a line of channel names, then a line a sample, with every digit. ``.nc``: netCDF 4, the same details as
+        attributes.
 
         Parameters
         ----------
         path : str or path
-            Where to; an existing file is replaced.
+                Where to; an existing file is replaced, under every name that it has, and keeps its permissions.
 
         Raises
         ------
         ValueError
-            If the suffix is neither.
+            If the suffix is none of these.
         """
-        path = Path(checks.path("path", path))
-        write = _format(path).write
-        # A link stays one: what it points to is replaced.
-        target = Path(os.path.realpath(path))
-        if target.exists() and not (target.is_file() and os.access(target, os.W_OK)):
-            raise OSError(f"{path} cannot be replaced; expected the name of a new file, or of one that may be written")
-        temporary = target.with_name(f".rigsim-{uuid4().hex}")
-        try:
-            with open(temporary, "xb") as file:
-                write(file, _details(self), {"time": self.time} | self.channels, {"time": "s"} | self.units)
-            if target.exists():
-                shutil.copymode(target, temporary)
-            os.replace(temporary, target)
-        except BaseException as error:
-            with suppress(OSError):
-                temporary.unlink()
-            if isinstance(error, OSError):
-                reason = error.strerror or " ".join(str(error).split())
-                raise OSError(error.errno, f"the record cannot be written: {reason}", str(path)) from None
-            raise
+        saved(self, path)
 
     @classmethod
-    def load(cls, path, hold=None):
-        """Read a file that `save` wrote, or a ``.csv`` of one's own in the same form.
+    def load(cls, path, hold=None, *, channels=None, units=None, sample_rate=None):
+        """Read a test from a file: one that `save` wrote, or one's own.
 
-        The least a first line can say is ``# {"sample_rate": 2000, "hold": "zero"}``; the second
-        names the columns, force, shaker and mass in any order, in N and m. A column ``time`` (s)
-        must be evenly spaced, and stands for the sample rate where the first line names none.
+        What can be read: text (``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc``, ``.prn``, LabVIEW's ``.lvm``, each
+        also with ``.gz``) with any separator, decimal commas, names and units above the samples; ``.nc``, ``.h5``,
+        ``.hdf5``, ``.mat``, ``.npz``, ``.uff``, ``.unv``, ``.tdms``. All is turned to SI. What the file says is
+        compared with itself; what it does not say is asked for by the name of an argument, and what can only be meant
+        is taken and told by a warning (`rigsim.experiment.reading.GuessWarning`). `inspect` lists what a file holds.
+
+        A text file that says all begins with a line ``# {"sample_rate": 2000, "hold": "zero"}`` and one that names the
+        columns force, shaker and mass (N and m). A column ``time`` must be evenly spaced.
 
         Parameters
         ----------
@@ -289,110 +260,46 @@ class Record(Result):
             The file.
         hold : {"zero", "linear", "band-limited"}, optional
             What the force did between samples, where the file does not say it.
+        channels : dict of str to str or int, optional
+            Names of the columns, or their numbers from 0, for "force", "shaker", "mass" (left out: a rig of one sensor)
+            and, where there are such, "tilt" and "time".
+        units : dict of str to str, optional
+            Units by channel where the file says none, such as ``{"shaker": "mm", "mass": "g", "time": "ms"}``. Those of
+            a velocity or an acceleration make the output one.
+        sample_rate : float, optional
+            Samples a second (Hz), where the file does not say it.
 
         Raises
         ------
         ValueError
-            If the suffix is unknown, the file is not in that form, it and ``hold`` say no hold
-            or two, or its values are not allowed.
+            If the file cannot be read as such, does not say what is needed, says two things, lacks a sample, or its
+            values are not allowed.
         """
-        path = Path(checks.path("path", path))
-        hold = None if hold is None else checks.one_of("hold", hold, HOLDS)
-        details, channels, units = _format(path).read(path)
-        _check(path, details, channels, units)
-        if "time" in channels:
-            details["sample_rate"] = _rate_of(path, channels.pop("time"), details.get("sample_rate"))
-        if "sample_rate" not in details:
-            raise ValueError(f'{path} has no sample rate; expected a first line such as # {{"sample_rate": 2000}}')
-        if hold is not None and details.setdefault("hold", hold) != hold:
-            raise ValueError(f"hold = {hold!r} is not allowed; {path} says {details['hold']!r}")
-        if "hold" not in details:
-            raise ValueError(
-                f"{path} does not say what the force did between samples; expected hold in its first line or as an "
-                f"argument, one of {', '.join(map(repr, HOLDS))}"
-            )
-        details["parameters"] = _tested(path, details.get("parameters"))
+        details = fields_of(path, hold, channels, units, sample_rate)
+        path = Path(path)
+        details["parameters"] = tested(path, details.get("parameters"))
         try:
-            return cls(**{"mass": None} | channels, **details)
+            return cls(**details)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
+    @classmethod
+    def inspect(cls, path):
+        """What a file holds, before it is read: names, units, counts, rates, first values, what each would be read as.
 
-def _check(path, details, channels, units):
-    """What every file must hold, whatever reads it."""
-    kinds = details.get("kinds")
-    one_sensor = isinstance(kinds, dict) and "mass" not in kinds
-    for name in ("force", "shaker") if one_sensor else ("force", "shaker", "mass"):
-        if name not in channels:
-            raise ValueError(f"{path} has no channel {name}; expected force, shaker and mass")
-    for name, value in details.items():
-        kind = _DETAILS[checks.one_of(f"detail in {path}", name, tuple(_DETAILS))]
-        if not isinstance(value, kind) or isinstance(value, bool):
-            raise ValueError(f"{name} in {path} = {reprlib.repr(value)} is not allowed; expected {_EXPECTED[kind[0]]}")
-    count = details.pop("samples", channels["force"].size)
-    for name, values in channels.items():
-        name = checks.one_of(f"channel in {path}", name, (*UNITS, "time"))
-        if values.size != count:
-            raise ValueError(
-                f"{name} in {path} has {values.size} samples; expected {count}, as the file or its force says"
-            )
-    for name, unit in units.items():
-        kind = (kinds or {}).get(name, "displacement") if name in OUTPUTS else None
-        said = {"velocity": "m/s", "acceleration": "m/s^2"}.get(kind, UNITS.get(name, "s"))
-        known = _SPELLED.get(said, (said,))
-        if name in channels and unit.strip().partition(" since ")[0] not in known:
-            raise ValueError(f"unit of {name} in {path} = {reprlib.repr(unit)} is not allowed; expected {known[0]}")
+        Parameters
+        ----------
+        path : str or path
+            The file, of any form that `load` reads.
 
+        Returns
+        -------
+        rigsim.experiment.reading.FileContents
+            Its ``table()`` has a row a column of the file.
 
-def _rate_of(path, time, said):
-    """Sample rate that an evenly spaced ``time`` (s) gives: what the file said, if that agrees."""
-    time = checks.array(f"time in {path}", time, "s", min_size=2, physical=False)
-    with np.errstate(all="ignore"):
-        steps = np.diff(time)
-        mean = (time[-1] - time[0]) / steps.size
-        # Instants are often written with few digits; a lost sample doubles a step, a drifting clock gains whole ones.
-        drift = np.abs(time - (time[0] + mean * np.arange(time.size))).max()
-        rate = 1 / mean
-        even = 0 < mean < np.inf and np.abs(steps - mean).max() <= 0.45 * mean and drift <= mean
-        worst = np.abs(steps - np.median(steps)).argmax()
-    if not even:
-        raise ValueError(
-            f"time in {path} is not evenly spaced; expected rising steps of one length (that after sample {worst} is "
-            f"{steps[worst]:g} s)"
-        )
-    if said is None:
-        return rate
-    said = checks.positive(f"sample_rate in {path}", said, "Hz")
-    if abs(said * mean - 1) > 1e-3:
-        raise ValueError(f"sample_rate in {path} = {said:g} Hz is not allowed; its time gives {rate:g} Hz")
-    return said
-
-
-def _tested(path, values):
-    """Parameters from their JSON object."""
-    if values is None:
-        return None
-    kind = _KINDS[checks.one_of(f"kind of parameters in {path}", values.pop("kind", None), tuple(_KINDS))]
-    known = {item.name: item for item in fields(kind)}
-    values = {checks.one_of(f"parameter in {path}", name, tuple(known)): value for name, value in values.items()}
-    missing = [name for name, item in known.items() if item.default is MISSING and name not in values]
-    if missing:
-        raise ValueError(f"parameters in {path} lack {', '.join(missing)}; expected every value of {kind.__name__}")
-    try:
-        return kind(**values)
-    except (ValueError, TypeError, OverflowError) as error:
-        raise ValueError(f"parameters in {path}: {error}") from None
-
-
-def _details(record):
-    """What the header of a file says, without what is unknown."""
-    details = {name: getattr(record, name) for name in _DETAILS if name != "samples"}
-    if record.kinds == checked_kinds(None):
-        del details["kinds"]
-    if record.parameters is not None:
-        details["parameters"] = {"kind": type(record.parameters).__name__, **asdict(record.parameters)}
-    return {name: value for name, value in details.items() if value is not None}
-
-
-def _format(path):
-    return FORMATS[checks.one_of(f"suffix of {path.name}", path.suffix.lower(), tuple(FORMATS))]
+        Raises
+        ------
+        ValueError
+            If the file cannot be read as such.
+        """
+        return inspected(path)
