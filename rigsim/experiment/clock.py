@@ -6,6 +6,7 @@ from .. import checks
 
 _SLOW = 20.0, 200.0  # Hz, below which instants without unit are refused, or told: they may be milliseconds
 _SURE = 1e-4  # of the rate
+_PIECE = 1 << 18
 
 
 def rate(path, details, intervals, asked, time, notes, *, assumed=False, place=None):
@@ -36,7 +37,7 @@ def _of_time(path, time, said, notes, assumed, place):
     """Sample rate of instants: what was said, if they agree."""
     time = checks.array(f"time in {path}", time, "s", min_size=2, physical=False)
     with np.errstate(all="ignore"):
-        if time[0] > 0 and np.diff(time).min() < -43200:  # a clock that passes midnight
+        if time[0] > time[-1] + 43200:  # a clock that passes midnight
             time = time + 86400.0 * np.r_[0, np.cumsum(np.diff(time) < -43200)]
         step, unsure = _fitted(path, time, said, place)
         found = 1 / step
@@ -64,22 +65,33 @@ def _of_time(path, time, said, notes, assumed, place):
 
 def _fitted(path, time, said, place):
     """The step that fits all instants best (s), and its standard error (a share)."""
-    steps, n = np.diff(time), time.size
+    n = time.size
     mean = (time[-1] - time[0]) / (n - 1)
-    k = np.arange(n) - (n - 1) / 2
-    rest = time - time.mean()
-    step = float((k / np.sum(k**2)) @ rest) if n > 2 else mean
-    rest = rest - step * k
+    total, squares, moment, drift, jump = 0.0, 0.0, 0.0, 0.0, 0.0
+    for begin in range(0, n - 1, _PIECE):  # a long record has no room for more arrays of its length
+        part = time[begin : begin + _PIECE + 1]
+        k = np.arange(begin, begin + part.size)
+        off = part - (time[0] + mean * k)
+        drift, jump = max(drift, np.abs(off).max()), max(jump, np.abs(np.diff(part) - mean).max())
+        off, k = off[begin > 0 :], k[begin > 0 :] - (n - 1) / 2
+        total, squares, moment = total + off.sum(), squares + off @ off, moment + k @ off
     # Instants are often written with few digits; a lost sample doubles a step, a drifting clock gains whole ones.
-    drift = np.abs(time - (time[0] + mean * np.arange(n))).max()
-    if 0 < mean < np.inf and np.abs(steps - mean).max() <= 0.45 * mean and drift <= mean:
-        return step, float(rest.std() / (np.sqrt(np.sum(k**2)) * step))
+    if 0 < mean < np.inf and jump <= 0.45 * mean and drift <= mean:
+        spread = n * (n**2 - 1) / 12  # the sum of k**2
+        rest = max(squares / n - (total / n) ** 2 - moment**2 / spread / n, 0.0)
+        return float(mean + moment / spread), float(np.sqrt(rest / spread) / mean)
+    steps = np.diff(time)
     # Stamps coarser than a sample: with a rate that is said they may hold it up within their rounding.
     coarse = steps[steps > 0].min() if (steps > 0).any() else 0.0
     if said and coarse and (steps >= 0).all() and coarse < 50 / said:
         off = time - time[0] - np.arange(n) / said
         if np.ptp(off) <= 1.01 * coarse + 1e-9 * abs(time).max() and steps.max() <= 1.01 * coarse + 1 / said:
             return 1 / said, 0.0
+    if coarse and (steps >= 0).all() and (steps == 0).mean() > 0.1 and steps.max() <= 1.5 * coarse:
+        raise ValueError(
+            f"time in {path} is not evenly spaced: it is rounded to {coarse:g} s, which is coarser than its samples; "
+            f"expected sample_rate= (about {1 / mean:g} Hz)"
+        )
     worst = int(np.abs(steps - np.median(steps)).argmax())
     where = f"; {place(worst + 1)}" if place else ""
     usual = np.median(steps)

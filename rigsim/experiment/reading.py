@@ -213,7 +213,10 @@ def _meant(names, role):
     exact = [index for index, name in enumerate(names) if name == role]
     if exact:
         return exact
-    return [index for index, name in enumerate(names) if role_of(plain(name))[0] == role]
+    found = [index for index, name in enumerate(names) if role_of(plain(name))[0] == role]
+    if role == "time" and not found:
+        found = [index for index, name in enumerate(names) if (unit_of(bare(name)[1] or "-") or "-")[0] == "time"]
+    return found
 
 
 def _scales(path, contents, details, found, units, notes):
@@ -243,8 +246,8 @@ def _scales(path, contents, details, found, units, notes):
         scales[role] = factor
         if role in OUTPUTS:
             said[role] = quantity
-        if role in OUTPUTS and quantity != "displacement" and not kinds and not word:
-            notes.append(f"{role} as {quantity}, by its unit {unit}")
+        if role in OUTPUTS and quantity != "displacement" and not kinds:
+            notes.append(f"{role} as {quantity}, by its {'unit ' + unit if unit else 'name'}")
     taken = [f"{role} in {SI[said.get(role, _QUANTITIES[role][0])]}" for role in assumed if role != "time"]
     if taken and not contents.own:
         notes.append(", ".join(taken))

@@ -192,12 +192,12 @@ def _blank(line):
 def _numbers(text, number, lines, indices):
     """Yield the columns of a piece as lists of arrays; `ValueError` names the first cell that is none."""
     layout = text.layout
-    for offset, line in enumerate(lines):
+    kept = [line for line in lines if not _blank(line)]
+    for offset, line in enumerate(lines if text.blank or len(kept) < len(lines) else ()):
         if _blank(line) and line.strip():
             text.blank = text.blank or number + offset
         elif text.blank and line.strip():
             raise text.fault(text.blank, "all cells are blank; expected samples")
-    kept = [line for line in lines if not _blank(line)]
     if not kept:
         return
     try:
@@ -235,7 +235,7 @@ def _uniform(lines, layout):
         joined = joined.replace(separator, "\t")
     if layout.decimal == ",":
         joined = joined.replace(",", ".")
-    if _FORTRAN.search(joined):
+    if ("d" in joined or "D" in joined) and _FORTRAN.search(joined):
         joined = re.sub(r"(?<=[\d.])[dD](?=[+-]?\d)", "e", joined)
     return joined.split("\n")
 

@@ -22,6 +22,10 @@ STAMP = re.compile(rf"\s*({_DATE}([T ]+{_CLOCK})?|{_CLOCK})(Z|[+-]\d\d:?\d\d)?\s
 _NONE = re.compile(
     r"\s*(|-+|\?+|\*+|#+.*|n/?a|none|null|ovld|ovl|overl\w*|over|under|invalid|bad|error|err|1\.#\w+)\s*", re.IGNORECASE
 )
+_LABEL = re.compile(
+    r"(channel|kanal|name|units?|einheit|title|label|signal|point|dof|type|description)\b", re.IGNORECASE
+)
+_COUNT = re.compile(r'^"?(\d+)"?\s', re.MULTILINE)
 _MARKS = re.compile(r"^\s*(#|%|//|!|\*+)+\s*")
 _MARKS_OF_BYTES = [(codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF32_LE, "utf-32"), (codecs.BOM_UTF32_BE, "utf-32"),
                    (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16")]  # fmt: skip
@@ -120,13 +124,14 @@ def _is_word(cell, decimal):
 def _named(lines, separator, decimal, start, first):
     """The layout: what stands above the samples is split as they are."""
     width = len(first)
-    above, at = [], start - 1
-    while at >= 0 and len(above) < 16:
-        if lines[at].strip():
-            row = _header_cells(lines[at], separator, width, first[-1])
-            if row is None:
-                break
+    numbered = [line.strip() for line in _COUNT.findall("\n".join(lines[start : start + 2]))] == ["1", "2"]
+    above, odd, at = [], 0, start - 1
+    while at >= 0 and len(above) < 16 and odd < 3:
+        row = _header_cells(lines[at], separator, first, numbered)
+        if row is not None:
             above.append((at, row))
+        elif lines[at].strip():  # a remark between names and samples, or what stands above all
+            odd += 1 if not any(not _are_units(cells) for _, cells in above) else 3
         at -= 1
     units = next((row for _, row in above if _are_units(row)), [""] * width)
     units = ["" if "unit" in cell.casefold() else cell for cell in units]
@@ -140,15 +145,19 @@ def _named(lines, separator, decimal, start, first):
     return Layout(separator, decimal, start, width, names, units, lines[: at if words else start], stamps)
 
 
-def _header_cells(line, separator, width, last):
-    """A line above the samples as so many cells, None where it has not as many."""
-    line = _MARKS.sub("", line)
+def _header_cells(line, separator, first, numbered):
+    """A line above the samples as so many cells as their first row has, None where it has not as many."""
+    line, width = _MARKS.sub("", line), len(first)
     for row in (cells(line, separator), *(cells(line, other) for other in ("\t", ";", ",") if other != separator),
                 [cell.strip() for cell in re.split(r"\t|\s{2,}", line.strip())]):  # fmt: skip
         while len(row) > width and not row[-1]:
             row = row[:-1]
-        if len(row) == width - 1 and not last:
+        if len(row) == width + 1 and _LABEL.match(row[0]):
+            row = row[1:]
+        if len(row) == width - 1 and not first[-1]:
             row = [*row, ""]
+        if len(row) == width - 1 and numbered:
+            row = ["", *row]
         if len(row) == width and any(row):
             return row
     return None
