@@ -262,7 +262,7 @@ def _one_unit(path, role, sources, quantities):
         if not str(unit).strip():
             continue
         known = unit_of(str(unit))
-        if known is None and who == f"{path}" and sources["units="] and unit_of(sources["units="]) is not None:
+        if known is None and who != "units=" and unit_of(sources.get("units=", "")):
             continue  # what a reader says in its place is taken
         if known is None or known[0] not in quantities:
             told = f"unit of {role} in {path} = {checks.shown(unit)}"

@@ -5,6 +5,7 @@ other files `sniff` finds out how they are laid out. Samples are read in pieces,
 row of numbers is named with its line and column.
 """
 
+import contextlib
 import csv
 import gzip
 import io
@@ -80,7 +81,7 @@ class _Text:
 
     def __init__(self, path, text, most, size, encoding):
         self.path, self._text, self._left, self._size = path, text, most, size
-        self.encoding, self.blank = encoding, None
+        self.encoding, self.blank, self.gaps = encoding, None, False
 
     def fault(self, number, text):
         """The error that says what is wrong with the line of that number, from 1."""
@@ -159,8 +160,8 @@ class _Text:
         return sum(sum(not _blank(line) for line in lines) for _, lines in self._pieces())
 
     def place(self, column, sample):
-        """Where a sample stands, as long as no line is empty."""
-        return f"line {self.start + 1 + sample}, column {column + 1}"
+        """Where a sample stands."""
+        return f"row {sample + 1} of numbers" if self.gaps else f"line {self.start + 1 + sample}, column {column + 1}"
 
     def values(self, indices):
         """Samples of those columns, and the text of stamps as seconds."""
@@ -200,6 +201,7 @@ def _numbers(text, number, lines, indices):
             raise text.fault(text.blank, "all cells are blank; expected samples")
     if not kept:
         return
+    text.gaps = text.gaps or len(kept) < len(lines)
     try:
         table = _uniform(kept, layout)
         stamps = [index for index in indices if index in layout.stamps]
@@ -279,7 +281,7 @@ def _fault(text, number, lines, indices, error):
             told = f": {reprlib.repr(line.strip())}" if re.search("[^\\W\\d_]{3}", line) else ""
             cut = "; the file is cut off here" if text.cut == at else ""
             return text.fault(at, f"{len(row)} columns; expected {layout.width}, as in the first row{told}{cut}")
-        for index in indices:
+        for index in sorted(indices):
             cell, name = row[index], layout.names[index] or str(index)
             good = sniff.STAMP.fullmatch(cell) if index in layout.stamps else pattern.fullmatch(cell)
             if not good or cell.strip("+- ")[:3].casefold() in ("nan", "inf") or _beyond(cell, layout, index):
@@ -302,9 +304,11 @@ def _joined(line):
     if line.startswith('"'):
         for separator in ",;\t":
             row = next(csv.reader([line], delimiter=separator), [])
-            text = separator.join(row).rstrip(separator + " ")
-            if text.endswith("}"):
-                return text
+            for between in dict.fromkeys((separator, ",")):
+                text = between.join(row).rstrip(between + " ")
+                with contextlib.suppress(ValueError, RecursionError):
+                    json.loads(text[1:])
+                    return text
     return line.rstrip(",;\t ") if line.endswith((",", ";", "\t")) else line
 
 

@@ -51,6 +51,7 @@ _KNOWN = {unit: (quantity, factor) for quantity, units in _FACTORS.items() for u
 _LOOSE = {}
 for _unit in _KNOWN:  # where only the case of letters differs and two could be meant, none is
     _LOOSE[_unit.casefold()] = None if _unit.casefold() in _LOOSE else _unit
+_LONG = 100  # characters of a name that may have a unit behind it
 _KIND_WORDS = {
     "displacement": "displacement", "disp": "displacement", "displ": "displacement", "position": "displacement",
     "pos": "displacement", "weg": "displacement", "velocity": "velocity", "vel": "velocity", "speed": "velocity",
@@ -62,7 +63,7 @@ _TIMES = {"time", "t", "zeit", "timestamp", "timestamps", "time stamp", "x value
           "datetime", "relative time", "rel time", "abs time", "absolute time", "uhrzeit", "zeitstempel", "date",
           "time of day", "sample time", "measurement time", "time axis", "elapsed", "zeit relativ"}  # fmt: skip
 _BRACKETS = re.compile(r"^(.*?)\s*[\[({<]\s*([^\[\](){}<>]*?)\s*[\])}>]\s*$", re.DOTALL)
-_BEHIND = re.compile(r"^(.*\S)(?:\s*[/,;_|:]\s*|\s+in\s+|\s+)(\S+)$", re.DOTALL)
+_BETWEEN = re.compile(r"\s*[/,;_|:]\s*|\s+in\s+|\s+")
 
 
 def unit_of(text):
@@ -89,9 +90,10 @@ def bare(name):
     found = _BRACKETS.match(name)
     if found and ((name.rstrip().endswith("]") and not found[2].isdigit()) or is_unit(found[2])):
         return found[1].strip(), found[2]
-    found = _BEHIND.match(name)
-    if found and unit_of(found[2]) and role_of(found[1])[0]:
-        return found[1].strip(), found[2]
+    for found in _BETWEEN.finditer(name[:_LONG]):
+        before, behind = name[: found.start()], name[found.end() :]
+        if unit_of(behind) and role_of(before)[0]:
+            return before.strip(), behind
     return name.strip(), ""
 
 
