@@ -405,7 +405,8 @@ def test_inspection_lists_what_a_file_holds(tmp_path):
     ("text", "quantity", "factor"),
     [
         ("N", "force", 1), ("kN", "force", 1e3), ("Newton", "force", 1), ("lbf", "force", 4.4482216152605),
-        ("lb", "force", 4.4482216152605), ("mm", "displacement", 1e-3), ("MM", "displacement", 1e-3), ("\xb5m", "displacement", 1e-6),
+        ("lb", "force", 4.4482216152605), ("mm", "displacement", 1e-3), ("MM", "displacement", 1e-3),
+        ("\xb5m", "displacement", 1e-6),
         ("\u03bcm", "displacement", 1e-6), ("um", "displacement", 1e-6), ("inch", "displacement", 0.0254),
         ("m/s", "velocity", 1), ("mm/s", "velocity", 1e-3), ("m s-1", "velocity", 1), ("in/s", "velocity", 0.0254),
         ("m/s2", "acceleration", 1), ("m/s^2", "acceleration", 1), ("m/s\xb2", "acceleration", 1), ("m/s**2",

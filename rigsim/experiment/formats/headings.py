@@ -24,6 +24,7 @@ _HOLD = re.compile(r"^\W*hold\b\W+(zero|linear|band-limited)\b", re.IGNORECASE)
 _LOST = re.compile(
     r"\b(lost|loss|overrun|overflow|dropped|dropout|overload\w*|ovld|missing|skipped|gap)\b", re.IGNORECASE
 )
+_LONGEST = 300  # characters of a line that may say something
 _MANY = {"khz": 1e3, "ks": 1e3, "mhz": 1e6, "ms": 1e6}
 _NONE = re.compile(r"\b(0|no|none|false|off|ok)\b", re.IGNORECASE)
 
@@ -31,7 +32,7 @@ _NONE = re.compile(r"\b(0|no|none|false|off|ok)\b", re.IGNORECASE)
 def said_in(lines, place):
     """Details (a dict) that lines above samples say, and what is worth a word (a list)."""
     said, notes = {}, []
-    for line in lines:
+    for line in (line[:_LONGEST] for line in lines):
         if found := _RATE.match(line):
             _agree(
                 said,

@@ -13,7 +13,7 @@ from .units import is_unit, plain, role_of
 
 SEPARATORS = ("\t", ";", ",", None, "|")  # None: blanks
 _NAMED = {"\t": "tabs", ";": "semicolons", ",": "commas", None: "blanks", "|": "bars"}
-_NUMBER = r"\s*[+-]?((\d+{0}?\d*|{0}\d+)([eEdD][+-]?\d+)?|nan|inf(inity)?)\s*"
+_NUMBER = r"\s*[+-]?((\d+({0}\d*)?|{0}\d+)([eEdD][+-]?\d+)?|nan|inf(inity)?)\s*"
 NUMBERS = {dot: re.compile(_NUMBER.format(re.escape(dot)), re.IGNORECASE | re.ASCII) for dot in ".,"}
 _CLOCK = r"\d{1,3}:\d{2}(:\d{2})?([.,]\d+)?(\s*[AaPp][Mm])?"
 _DATE = r"(\d{4}[-./]\d{1,2}[-./]\d{1,2}|\d{1,2}[-./]\d{1,2}[-./]\d{2,4})"
@@ -22,6 +22,7 @@ STAMP = re.compile(rf"\s*({_DATE}([T ]+{_CLOCK})?|{_CLOCK})(Z|[+-]\d\d:?\d\d)?\s
 _NONE = re.compile(
     r"\s*(|-+|\?+|\*+|#+.*|n/?a|none|null|ovld|ovl|overl\w*|over|under|invalid|bad|error|err|1\.#\w+)\s*", re.IGNORECASE
 )
+_MOST = 4096  # cells of a row
 _LABEL = re.compile(
     r"(channel|kanal|name|units?|einheit|title|label|signal|point|dof|type|description)\b", re.IGNORECASE
 )
@@ -110,6 +111,8 @@ def _like(one, other):
 
 def _is_row(row, decimal):
     """Whether cells are samples: numbers, instants, or what stands for none, rather than words."""
+    if len(row) > _MOST:
+        return False
     numbers = sum(NUMBERS[decimal].fullmatch(cell) is not None for cell in row)
     if not numbers:
         return False

@@ -51,7 +51,7 @@ _KNOWN = {unit: (quantity, factor) for quantity, units in _FACTORS.items() for u
 _LOOSE = {}
 for _unit in _KNOWN:  # where only the case of letters differs and two could be meant, none is
     _LOOSE[_unit.casefold()] = None if _unit.casefold() in _LOOSE else _unit
-_LONG = 100  # characters of a name that may have a unit behind it
+_LONG = 200  # characters of a name or a unit that may mean something
 _KIND_WORDS = {
     "displacement": "displacement", "disp": "displacement", "displ": "displacement", "position": "displacement",
     "pos": "displacement", "weg": "displacement", "velocity": "velocity", "vel": "velocity", "speed": "velocity",
@@ -68,6 +68,8 @@ _BETWEEN = re.compile(r"\s*[/,;_|:]\s*|\s+in\s+|\s+")
 
 def unit_of(text):
     """Quantity and factor to its SI unit of a unit as people write it; None where there is no such."""
+    if len(text) > _LONG:
+        return None
     text = unicodedata.normalize("NFKC", text).replace("\N{GREEK SMALL LETTER MU}", "u").replace("\N{MINUS SIGN}", "-")
     text = text.strip().strip("[](){}<>").strip().partition(" since ")[0]
     word = _WORDS.get(text.casefold(), text)
@@ -87,10 +89,12 @@ def is_unit(text):
 
 def bare(name):
     """A name without its unit, and that unit ("" where it has none)."""
+    if len(name) > _LONG:
+        return name.strip(), ""
     found = _BRACKETS.match(name)
     if found and ((name.rstrip().endswith("]") and not found[2].isdigit()) or is_unit(found[2])):
         return found[1].strip(), found[2]
-    for found in _BETWEEN.finditer(name[:_LONG]):
+    for found in _BETWEEN.finditer(name):
         before, behind = name[: found.start()], name[found.end() :]
         if unit_of(behind) and role_of(before)[0]:
             return before.strip(), behind
@@ -104,6 +108,8 @@ def plain(name):
 
 def role_of(name):
     """Which channel a name without unit must mean ("" where it may mean others), and what kind it says ("" none)."""
+    if len(name) > _LONG:
+        return "", ""
     spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFKC", name))
     words = re.findall(r"[^\W_]+", spaced.casefold())
     if " ".join(words) in _TIMES:
