@@ -80,7 +80,7 @@ def _parser():
         "test", _test, "run the unit tests, and the notebooks under nbval",
         "Runs ruff, the unit tests and, beside them, every notebook under nbval. Any other argument goes to pytest\n"
         "(-k NAME, -x, a file ...), and then only pytest runs, on what those arguments choose.",
-        extras=("test", "browser"), passes_on=True,
+        extras=("test", "browser", "formats"), passes_on=True,
     )  # fmt: skip
     test.add_argument("--full", action="store_true", help="add the long checks (under 40 minutes instead of under 10)")
     test.add_argument("--soak", action="store_true", help="add those that are longer still")

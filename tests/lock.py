@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 LOCK = ROOT / "environment.lock"
-EXTRAS = ("test", "browser")  # those that the commands ask for
+EXTRAS = ("test", "browser", "formats")  # those that the commands ask for
 HEAD = """\
 # The packages that are pinned in environment.txt, and in pyproject.toml for the parts below, with the SHA-256 of every
 # file of theirs: what the commands install, and nothing else. Made by tests/lock.py.

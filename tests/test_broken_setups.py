@@ -42,7 +42,7 @@ def filled(root, shelf, digest=None):
     digest = digest or hashlib.sha256(wheel.read_bytes()).hexdigest()
     (root / "environment.txt").write_text("small==1.0\n")
     (root / "environment.lock").write_text(
-        f"# part: base\nsmall==1.0 --hash=sha256:{digest}\n# part: test\n# part: browser\n"
+        f"# part: base\nsmall==1.0 --hash=sha256:{digest}\n# part: test\n# part: browser\n# part: formats\n"
     )
     return root
 

@@ -57,9 +57,9 @@ def small_tree(root):
     for name in FRONT:
         shutil.copy(ROOT / "rigsim" / name, root / "rigsim")
     (root / "environment.txt").write_text("# nothing\n")
-    (root / "environment.lock").write_text("# part: base\n# part: test\n# part: browser\n")
+    (root / "environment.lock").write_text("# part: base\n# part: test\n# part: browser\n# part: formats\n")
     (root / "pyproject.toml").write_text(
-        '[project]\nname = "rigsim"\noptional-dependencies = {test = [], browser = []}\n'
+        '[project]\nname = "rigsim"\noptional-dependencies = {test = [], browser = [], formats = []}\n'
     )
     (root / "tests" / "benchmarks").mkdir(parents=True)
     (root / "tests" / "benchmarks" / "run.py").write_text("import sys\nprint('ran with', sys.prefix, *sys.argv[1:])\n")
@@ -112,7 +112,7 @@ def closed_port():
 
 def pin(tree, package, digest="0" * 64):
     (tree / "environment.txt").write_text(f"{package}\n")
-    lock = f"# part: base\n{package} --hash=sha256:{digest}\n# part: test\n# part: browser\n"
+    lock = f"# part: base\n{package} --hash=sha256:{digest}\n# part: test\n# part: browser\n# part: formats\n"
     (tree / "environment.lock").write_text(lock)
 
 
@@ -243,7 +243,7 @@ def test_second_setup_waits_for_the_first(tree):
 
 
 def test_extras_are_added_to_a_finished_environment(tree, quick, monkeypatch):
-    (tree / "environment.lock").write_text("# part: base\n# part: test\npytest==1 --hash=sha256:0\n# part: browser\n")
+    (tree / "environment.lock").write_text("# part: base\n# part: test\npytest==1 --hash=sha256:0\n# part: browser\n# part: formats\n")
     python = environment.prepare(tree)
 
     def fail(*_):
@@ -325,9 +325,9 @@ def test_the_lock_holds_every_pin_with_hashes_and_nothing_else():
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     base = {environment._name(item) for item in environment._pins(ROOT) if item != "-e ."}
     assert set(held["base"]) == base and {"pip", "setuptools"} <= {name for name, _ in base}
-    for part in ("test", "browser"):
+    for part in ("test", "browser", "formats"):
         assert set(held[part]) == {environment._name(item) for item in extras[part]} - base
-    assert set(held) == {"base", "test", "browser"}
+    assert set(held) == {"base", "test", "browser", "formats"}
     assert all(hashes for part in held.values() for hashes in part.values())
     assert "://" not in (ROOT / "environment.lock").read_text()
     assert environment._read_lock(ROOT).keys() == held.keys()
@@ -416,7 +416,7 @@ def called(monkeypatch):
 def test_test_command_runs_notebooks_and_tests_side_by_side(called):
     assert commands.main(["test"]) == 1
     (extras, (command, defaults)) = called
-    assert extras == ("test", "browser") and defaults["OPENBLAS_NUM_THREADS"] == "1"
+    assert extras == ("test", "browser", "formats") and defaults["OPENBLAS_NUM_THREADS"] == "1"
     assert command[-2:] == ["notebooks", "tests"] and command[command.index("-n") + 1] == "2"
     assert "--nbval-lax" in command and "--full" not in command and "--soak" not in command
 

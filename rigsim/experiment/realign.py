@@ -5,19 +5,18 @@ from scipy.interpolate import CubicSpline
 
 from .. import checks
 
-_CHANNELS = ("shaker", "mass")
-
 
 def realigned(record, delay=None, clock=None, reverse=(), swap=False, spikes=None):
     """See `Record.realigned`."""
-    channels = {name: getattr(record, name) for name in _CHANNELS}
+    channels, kinds = {name: getattr(record, name) for name in record.kinds}, record.kinds
     if checks.flag("swap", swap):
-        channels = dict(zip(_CHANNELS, reversed(channels.values()), strict=True))
+        channels = dict(zip(channels, reversed(channels.values()), strict=True))
+        kinds = dict(zip(kinds, reversed(kinds.values()), strict=True))
     channels = {name: -values if name in reverse else values for name, values in channels.items()}
     for name, places in (spikes or {}).items():
         channels[name] = _without(channels[name], np.asarray(places, dtype=int))
     n, rate = record.force.size, record.sample_rate
-    at = {name: np.arange(n, dtype=float) for name in _CHANNELS}
+    at = {name: np.arange(n, dtype=float) for name in channels}
     for name, fast in (clock or {}).items():
         at[name] = at[name] / (1 + 1e-6 * checks.real(f"clock of {name}", fast, "ppm", low=-1e5, high=1e5))
     for name, late in (delay or {}).items():
@@ -34,7 +33,7 @@ def realigned(record, delay=None, clock=None, reverse=(), swap=False, spikes=Non
     }
     tilt = None if record.tilt is None else record.tilt[kept]
     start = record.start if first == 0 else None
-    return record.replace(force=record.force[kept], tilt=tilt, start=start, **moved)
+    return record.replace(force=record.force[kept], tilt=tilt, start=start, kinds=kinds, **moved)
 
 
 def _without(values, places):

@@ -1,49 +1,35 @@
 """`Record`: the channels of a test, and what any file of them must say."""
 
-import os
-import reprlib
-import shutil
-from contextlib import suppress
-from dataclasses import MISSING, asdict, dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from uuid import uuid4
 
 import numpy as np
 
 from .. import checks, parameters
 from ..results import Result, frame
-from .formats import FORMATS
+from .channels import HOLDS, KINDS, UNITS, checked_kinds
 from .lines import strongest_lines
+from .reading import fields_of, inspected
 from .realign import realigned
+from .saving import saved, tested
 
-HOLDS = ("zero", "linear", "band-limited")
 _REACH = np.pi / 2  # rad; at a right angle every rig's wires are past theirs
-UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad"}
-# What a file may say of a record, and as what: the fields above, and how many samples it should hold.
-_DETAILS = {"sample_rate": (int, float), "hold": (str,), "seed": (int, float), "start": (str,), "parameters": (dict,)}
-_DETAILS |= {"step": (int, float), "samples": (int,)}
-_EXPECTED = {int: "a number", str: "a text", dict: "an object with a kind"}
-_SPELLED = {
-    "N": ("N", "newton", "newtons"),
-    "m": ("m", "meter", "meters", "metre", "metres"),
-    "s": ("s", "sec", "second", "seconds"),
-    "rad": ("rad", "radian", "radians"),
-}
-_KINDS = {kind.__name__: kind for kind in (parameters.RigParameters, parameters.OscillatorParameters)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Record(Result):
-    """Force and displacements of one test, sampled together.
+    """Force and motions of one test, sampled together.
 
-    Sample k of every displacement is taken before ``force[k]`` acts.
+    Sample k of every motion is taken before ``force[k]`` acts. An array that nobody can write to is kept as it is,
+    any other is copied.
 
     Parameters
     ----------
     force : array_like, shape (n,)
         Force on the shaker (N).
     shaker, mass : array_like, shape (n,)
-        Displacement of the shaker xs and of the suspended mass x (m).
+        Displacement of the shaker xs and of the suspended mass x (m), or what ``kinds`` says. ``mass`` may be None: a
+        rig with one sensor.
     sample_rate : float
         Samples a second (Hz).
     hold : {"zero", "linear", "band-limited"}
@@ -59,6 +45,9 @@ class Record(Result):
         What was tested, where it is known.
     step : float, optional
         Integration step behind a simulated record (s), at most a sample interval.
+    kinds : dict of str to str, optional
+        What "shaker" and "mass" are, "displacement" (the default, m), "velocity" (m/s) or "acceleration" (m/s^2);
+        always whole in the record.
 
     Raises
     ------
@@ -69,7 +58,7 @@ class Record(Result):
 
     force: np.ndarray
     shaker: np.ndarray
-    mass: np.ndarray
+    mass: np.ndarray | None
     sample_rate: float
     hold: str = "zero"
     tilt: np.ndarray | None = None
@@ -77,18 +66,21 @@ class Record(Result):
     start: str | None = None
     parameters: object = None
     step: float | None = None
+    kinds: dict | None = None
 
     plots = {"record": "record_figure"}
 
     def __post_init__(self):
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
-        for name, unit in UNITS.items():
+        kinds = checked_kinds(self.kinds)
+        set_field("kinds", {name: kind for name, kind in kinds.items() if getattr(self, name) is not None})
+        for name in UNITS:
             values = getattr(self, name)
-            if values is None and name == "tilt":
+            if values is None and name in ("mass", "tilt"):
                 continue
             reach = _REACH if name == "tilt" else np.inf
-            values = checks.array(name, values, unit, min_size=2, low=-reach, high=reach, physical=False)
-            channel = np.array(values)  # a copy of its own
+            values = checks.array(name, values, self.units[name], min_size=2, low=-reach, high=reach, physical=False)
+            channel = np.array(values) if values.flags.writeable or values.base is not None else values
             n = channel.size if name == "force" else self.force.size
             if channel.size != n:
                 raise ValueError(f"{name} has {channel.size} samples; expected {n}, as many as the force")
@@ -139,8 +131,18 @@ class Record(Result):
         return np.arange(self.force.size) / self.sample_rate
 
     @property
+    def units(self):
+        """Unit of each channel there is, by name."""
+        outputs = {name: KINDS[kind] for name, kind in self.kinds.items()}
+        return {name: outputs.get(name, unit) for name, unit in UNITS.items() if getattr(self, name) is not None}
+
+    @property
     def relative(self):
-        """Relative displacement z = xs - x (m), shape (n,)."""
+        """Relative motion z = xs - x, shape (n,): a displacement (m) where both are. `ValueError` if there is none."""
+        if len(set(self.kinds.values())) != 1 or self.mass is None:
+            told = "the shaker alone" if self.mass is None else f"a shaker's {self.kinds['shaker']} and a mass's "
+            told += "" if self.mass is None else self.kinds["mass"]
+            raise ValueError(f"the record has {told}; z = xs - x is expected of two channels of one kind")
         return self.shaker - self.mass
 
     @property
@@ -155,15 +157,19 @@ class Record(Result):
 
     def summary(self):
         """One line: how long, how fast, how large."""
+        known = "relative" in (signals := self.signals)
+        name, largest = ("|xs - x|", signals["relative"]) if known else ("|shaker|", self.shaker)
+        unit = self.units["shaker"]
+        scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
         return (
             f"Record of {self.duration:g} s at {self.sample_rate:g} Hz ({self.force.size} samples): force "
-            f"{self.force.std():.4g} N rms ({self.hold} hold), largest |xs - x| {1e3 * abs(self.relative).max():.4g} mm"
+            f"{self.force.std():.4g} N rms ({self.hold} hold), largest {name} {scale * abs(largest).max():.4g} {unit}"
         )
 
     def table(self):
         """`pandas.DataFrame` of rms about the mean, mean and largest value of each channel and of z."""
-        channels = self.channels | {"relative": self.relative}
-        rows = [(name, c.std(), c.mean(), abs(c).max(), UNITS.get(name, "m")) for name, c in channels.items()]
+        units = self.units | {"relative": self.units["shaker"]}
+        rows = [(name, c.std(), c.mean(), abs(c).max(), units[name]) for name, c in self.signals.items()]
         return frame(rows, ["channel", "rms", "mean", "largest", "unit"], index="channel")
 
     def spectrum(self, channel, frequency):
@@ -206,55 +212,47 @@ class Record(Result):
         signal, band = self._signal(channel), checks.pair("band", band, "Hz", low_open=False)
         return strongest_lines(self.time, signal, band)[0]
 
+    @property
+    def signals(self):
+        """The `channels` by name and, where two outputs of one kind make it, z as "relative"."""
+        z = {} if self.mass is None or len(set(self.kinds.values())) > 1 else {"relative": self.relative}
+        return self.channels | z
+
     def _signal(self, channel):
-        signals = self.channels | {"relative": self.relative}
+        signals = self.signals
         return signals[checks.one_of("channel", channel, tuple(signals))]
 
     def save(self, path):
         """Write the record, whole or not at all; the suffix chooses the format.
 
-        ``.csv``: a first line ``# {...}`` with sample rate, hold and details as JSON, a line
-        of channel names, then a line a sample, with every digit. ``.nc``: netCDF 4, the same
-        details as attributes.
+        ``.csv``, or ``.csv.gz``: a first line ``# {...}`` with sample rate, hold, number of samples and details as
+        JSON, a line of channel names, then a line a sample, with every digit. ``.nc``: netCDF 4, the same details as
+        attributes.
 
         Parameters
         ----------
         path : str or path
-            Where to; an existing file is replaced.
+                Where to; an existing file is replaced, under every name that it has, and keeps its permissions.
 
         Raises
         ------
         ValueError
-            If the suffix is neither.
+            If the suffix is none of these.
         """
-        path = Path(checks.path("path", path))
-        write = _format(path).write
-        # A link stays one: what it points to is replaced.
-        target = Path(os.path.realpath(path))
-        if target.exists() and not (target.is_file() and os.access(target, os.W_OK)):
-            raise OSError(f"{path} cannot be replaced; expected the name of a new file, or of one that may be written")
-        temporary = target.with_name(f".rigsim-{uuid4().hex}")
-        try:
-            with open(temporary, "xb") as file:
-                write(file, _details(self), {"time": self.time} | self.channels)
-            if target.exists():
-                shutil.copymode(target, temporary)
-            os.replace(temporary, target)
-        except BaseException as error:
-            with suppress(OSError):
-                temporary.unlink()
-            if isinstance(error, OSError):
-                reason = error.strerror or " ".join(str(error).split())
-                raise OSError(error.errno, f"the record cannot be written: {reason}", str(path)) from None
-            raise
+        saved(self, path)
 
     @classmethod
-    def load(cls, path, hold=None):
-        """Read a file that `save` wrote, or a ``.csv`` of one's own in the same form.
+    def load(cls, path, hold=None, *, channels=None, units=None, sample_rate=None):
+        """Read a test from a file: one that `save` wrote, or one's own.
 
-        The least a first line can say is ``# {"sample_rate": 2000, "hold": "zero"}``; the second
-        names the columns, force, shaker and mass in any order, in N and m. A column ``time`` (s)
-        must be evenly spaced, and stands for the sample rate where the first line names none.
+        What can be read: text (``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc``, ``.prn``, LabVIEW's ``.lvm``, each
+        also with ``.gz``) with any separator, decimal commas, names and units above the samples; ``.nc``, ``.h5``,
+        ``.hdf5``, ``.mat``, ``.npz``, ``.uff``, ``.unv``, ``.tdms``. All is turned to SI. What the file says is
+        compared with itself; what it does not say is asked for by the name of an argument, and what can only be meant
+        is taken and told by a warning (`rigsim.experiment.reading.GuessWarning`). `inspect` lists what a file holds.
+
+        A text file that says all begins with a line ``# {"sample_rate": 2000, "hold": "zero"}`` and one that names the
+        columns force, shaker and mass (N and m). A column ``time`` must be evenly spaced.
 
         Parameters
         ----------
@@ -262,104 +260,46 @@ class Record(Result):
             The file.
         hold : {"zero", "linear", "band-limited"}, optional
             What the force did between samples, where the file does not say it.
+        channels : dict of str to str or int, optional
+            Names of the columns, or their numbers from 0, for "force", "shaker", "mass" (left out: a rig of one sensor)
+            and, where there are such, "tilt" and "time".
+        units : dict of str to str, optional
+            Units by channel where the file says none, such as ``{"shaker": "mm", "mass": "g", "time": "ms"}``. Those of
+            a velocity or an acceleration make the output one.
+        sample_rate : float, optional
+            Samples a second (Hz), where the file does not say it.
 
         Raises
         ------
         ValueError
-            If the suffix is unknown, the file is not in that form, it and ``hold`` say no hold
-            or two, or its values are not allowed.
+            If the file cannot be read as such, does not say what is needed, says two things, lacks a sample, or its
+            values are not allowed.
         """
-        path = Path(checks.path("path", path))
-        hold = None if hold is None else checks.one_of("hold", hold, HOLDS)
-        details, channels, units = _format(path).read(path)
-        _check(path, details, channels, units)
-        if "time" in channels:
-            details["sample_rate"] = _rate_of(path, channels.pop("time"), details.get("sample_rate"))
-        if "sample_rate" not in details:
-            raise ValueError(f'{path} has no sample rate; expected a first line such as # {{"sample_rate": 2000}}')
-        if hold is not None and details.setdefault("hold", hold) != hold:
-            raise ValueError(f"hold = {hold!r} is not allowed; {path} says {details['hold']!r}")
-        if "hold" not in details:
-            raise ValueError(
-                f"{path} does not say what the force did between samples; expected hold in its first line or as an "
-                f"argument, one of {', '.join(map(repr, HOLDS))}"
-            )
-        details["parameters"] = _tested(path, details.get("parameters"))
+        details = fields_of(path, hold, channels, units, sample_rate)
+        path = Path(path)
+        details["parameters"] = tested(path, details.get("parameters"))
         try:
-            return cls(**channels, **details)
+            return cls(**details)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
+    @classmethod
+    def inspect(cls, path):
+        """What a file holds, before it is read: names, units, counts, rates, first values, what each would be read as.
 
-def _check(path, details, channels, units):
-    """What every file must hold, whatever reads it."""
-    for name in ("force", "shaker", "mass"):
-        if name not in channels:
-            raise ValueError(f"{path} has no channel {name}; expected force, shaker and mass")
-    for name, value in details.items():
-        kind = _DETAILS[checks.one_of(f"detail in {path}", name, tuple(_DETAILS))]
-        if not isinstance(value, kind) or isinstance(value, bool):
-            raise ValueError(f"{name} in {path} = {reprlib.repr(value)} is not allowed; expected {_EXPECTED[kind[0]]}")
-    count = details.pop("samples", channels["force"].size)
-    for name, values in channels.items():
-        name = checks.one_of(f"channel in {path}", name, (*UNITS, "time"))
-        if values.size != count:
-            raise ValueError(
-                f"{name} in {path} has {values.size} samples; expected {count}, as the file or its force says"
-            )
-    for name, unit in units.items():
-        known = _SPELLED[UNITS.get(name, "s")]
-        if name in channels and unit.strip().partition(" since ")[0] not in known:
-            raise ValueError(f"unit of {name} in {path} = {reprlib.repr(unit)} is not allowed; expected {known[0]}")
+        Parameters
+        ----------
+        path : str or path
+            The file, of any form that `load` reads.
 
+        Returns
+        -------
+        rigsim.experiment.reading.FileContents
+            Its ``table()`` has a row a column of the file.
 
-def _rate_of(path, time, said):
-    """Sample rate that an evenly spaced ``time`` (s) gives: what the file said, if that agrees."""
-    time = checks.array(f"time in {path}", time, "s", min_size=2, physical=False)
-    with np.errstate(all="ignore"):
-        steps = np.diff(time)
-        mean = (time[-1] - time[0]) / steps.size
-        # Instants are often written with few digits; a lost sample doubles a step, a drifting clock gains whole ones.
-        drift = np.abs(time - (time[0] + mean * np.arange(time.size))).max()
-        rate = 1 / mean
-        even = 0 < mean < np.inf and np.abs(steps - mean).max() <= 0.45 * mean and drift <= mean
-        worst = np.abs(steps - np.median(steps)).argmax()
-    if not even:
-        raise ValueError(
-            f"time in {path} is not evenly spaced; expected rising steps of one length (that after sample {worst} is "
-            f"{steps[worst]:g} s)"
-        )
-    if said is None:
-        return rate
-    said = checks.positive(f"sample_rate in {path}", said, "Hz")
-    if abs(said * mean - 1) > 1e-3:
-        raise ValueError(f"sample_rate in {path} = {said:g} Hz is not allowed; its time gives {rate:g} Hz")
-    return said
-
-
-def _tested(path, values):
-    """Parameters from their JSON object."""
-    if values is None:
-        return None
-    kind = _KINDS[checks.one_of(f"kind of parameters in {path}", values.pop("kind", None), tuple(_KINDS))]
-    known = {item.name: item for item in fields(kind)}
-    values = {checks.one_of(f"parameter in {path}", name, tuple(known)): value for name, value in values.items()}
-    missing = [name for name, item in known.items() if item.default is MISSING and name not in values]
-    if missing:
-        raise ValueError(f"parameters in {path} lack {', '.join(missing)}; expected every value of {kind.__name__}")
-    try:
-        return kind(**values)
-    except (ValueError, TypeError, OverflowError) as error:
-        raise ValueError(f"parameters in {path}: {error}") from None
-
-
-def _details(record):
-    """What the header of a file says, without what is unknown."""
-    details = {name: getattr(record, name) for name in _DETAILS if name != "samples"}
-    if record.parameters is not None:
-        details["parameters"] = {"kind": type(record.parameters).__name__, **asdict(record.parameters)}
-    return {name: value for name, value in details.items() if value is not None}
-
-
-def _format(path):
-    return FORMATS[checks.one_of(f"suffix of {path.name}", path.suffix.lower(), tuple(FORMATS))]
+        Raises
+        ------
+        ValueError
+            If the file cannot be read as such.
+        """
+        return inspected(path)

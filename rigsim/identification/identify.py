@@ -73,6 +73,9 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
     """
     if not isinstance(record, Record):
         raise ValueError(f"record is a {type(record).__name__}; expected a Record")
+    if record.mass is None or set(record.kinds.values()) != {"displacement"}:
+        given = ", ".join(f"{name}: {kind}" for name, kind in record.kinds.items())
+        raise ValueError(f"outputs of the record = {given}; expected displacements of shaker and mass")
     order, block_rows = _checked_orders(order, block_rows, record)
     progress = checks.progress(progress)
     conversion = checks.one_of("conversion", conversion, nsi.CONVERSIONS)

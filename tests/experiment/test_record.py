@@ -110,11 +110,14 @@ def test_a_user_can_write_the_least_csv(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("mass,force,shaker\n1,2,3\n", "cannot be read as a record"),
+        ("mass,force,shaker\n1,2,3\n", "has no sample rate; expected sample_rate="),
         ('# {"sample_rate": 5}\nforce,shaker\n1,2\n3,4\n', "no channel mass"),
         ('# {"hold": "zero"}\nforce,shaker,mass\n1,2,3\n4,5,6\n', "no sample rate"),
         ('# {"sample_rate": 5, "colour": 1}\nforce,shaker,mass\n1,2,3\n4,5,6\n', "colour"),
-        ('# {"sample_rate": 5, "hold": "zero"}\nforce,shaker,mass\n1,2,3\n4,nan,6\n', r"shaker\[1\] = nan m"),
+        (
+            '# {"sample_rate": 5, "hold": "zero"}\nforce,shaker,mass\n1,2,3\n4,nan,6\n',
+            r"line 4, column 2 \('shaker'\): 'nan' is not a number",
+        ),
         ('# {"sample_rate": 5}\nforce,shaker,mass\n1,2,3\n4,six,6\n', "cannot be read as a record"),
         ('# {"sample_rate": 5}\nforce,shaker,mass\n1,2,3,4\n', "as many columns"),
         (
@@ -122,7 +125,7 @@ def test_a_user_can_write_the_least_csv(tmp_path):
             "hold in its first line or as an argument, one of 'zero'",
         ),
         ('# {"sample_rate": 5}\nforce,force,shaker,mass\n1,2,3,4\n4,5,6,7\n', "names the channel force 2 times"),
-        ("# []\nforce,shaker,mass\n1,2,3\n", "is not a record"),
+        ("# []\nforce,shaker,mass\n1,2,3\n", "has no sample rate"),
         (HEADER % "[1, 2]" + ROWS, r"parameters in .* = \[1, 2\] is not allowed"),
         (HEADER % '{"kind": "RigParameters", "colour": 1}' + ROWS, "parameter in .* = 'colour'"),
         (HEADER % '{"kind": "OscillatorParameters", "ms": 1, "ks": 1}' + ROWS, "lack cs, m, c, k1, k3"),
@@ -172,7 +175,7 @@ def with_times(path, time, said=""):
     return path
 
 
-EVEN = np.arange(200) / 2000
+EVEN = np.arange(2000) / 2000
 
 
 @pytest.mark.parametrize(
@@ -180,12 +183,12 @@ EVEN = np.arange(200) / 2000
     [
         (EVEN, True),
         (EVEN + 7.0, True),
-        (EVEN + 0.20 / 2000 * (-1.0) ** np.arange(200), True),  # written with few digits: steps of 0.6 and 1.4
-        (EVEN + 0.24 / 2000 * (-1.0) ** np.arange(200), False),
+        (EVEN + 0.20 / 2000 * (-1.0) ** np.arange(2000), True),  # written with few digits: steps of 0.6 and 1.4
+        (EVEN + 0.24 / 2000 * (-1.0) ** np.arange(2000), False),
         (np.delete(EVEN, 120), False),  # a lost sample
-        (EVEN + 0.8 / 2000 * np.sin(np.pi * np.arange(200) / 199), True),  # a clock that gains less than a sample
-        (EVEN + 1.2 / 2000 * np.sin(np.pi * np.arange(200) / 199), False),  # or more, though no step shows it
-        (EVEN - 1.2 / 2000 * np.sin(np.pi * np.arange(200) / 199), False),
+        (EVEN + 0.8 / 2000 * np.sin(np.pi * np.arange(2000) / 1999), True),  # a clock that gains less than a sample
+        (EVEN + 1.2 / 2000 * np.sin(np.pi * np.arange(2000) / 1999), False),  # or more, though no step shows it
+        (EVEN - 1.2 / 2000 * np.sin(np.pi * np.arange(2000) / 1999), False),
         (EVEN[::-1], False),
         (0 * EVEN, False),
     ],
@@ -332,3 +335,39 @@ def test_strongest_line_of_a_channel():
         record.strongest_line("tilt", (5, 60))
     with pytest.raises(ValueError, match="frequency = 0.1 Hz"):
         record.spectrum("mass", 0.1)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".nc"])
+def test_outputs_may_be_of_any_kind_and_one_alone(tmp_path, suffix):
+    one = small(mass=None, tilt=None)
+    mixed = small(kinds={"shaker": "acceleration"})
+    equal = small(kinds={"shaker": "velocity", "mass": "velocity"})
+    assert one.kinds == {"shaker": "displacement"} and one.units == {"force": "N", "shaker": "m"}
+    assert mixed.units["shaker"] == "m/s^2" and mixed.units["mass"] == "m"
+    np.testing.assert_array_equal(equal.relative, equal.shaker - equal.mass)
+    for number, record in enumerate((one, mixed, equal)):
+        assert "\n" not in record.summary() and list(record.table().unit) and "z" not in record.channels
+        record.save(path := tmp_path / f"{number}{suffix}")
+        again = Record.load(path)
+        assert again.kinds == record.kinds and again.channels.keys() == record.channels.keys()
+        np.testing.assert_array_equal(again.shaker, record.shaker)
+    for record in (one, mixed):
+        assert "relative" not in record.table().index
+        with pytest.raises(ValueError, match="z = xs - x is expected of two channels of one kind"):
+            _ = record.relative
+    assert mixed.realigned(swap=True).kinds == {"shaker": "displacement", "mass": "acceleration"}
+    assert one.realigned(delay={"shaker": 1e-3}).mass is None
+    for kinds, message in (
+        ("acceleration", "kinds = 'acceleration' is not allowed"),
+        ({"force": "velocity"}, "channel of kinds = 'force'"),
+        ({"mass": "jerk"}, "kind of mass = 'jerk'"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            small(kinds=kinds)
+
+
+def test_an_array_that_nobody_can_write_to_is_not_copied():
+    force = np.ones(50)
+    force.flags.writeable = False
+    assert small(force=force).force is force
+    assert small(force=force[:50]).force is not force, "it is a part of one that could be written to"

@@ -296,3 +296,10 @@ def test_200_000_samples_need_little_memory(clean_record, tell):
     memory = f"{peak / 2**20:.0f} MiB, process {resident:.0f} MiB"
     tell(f"identify, 200 000 samples: {seconds:.2f} s traced, {memory}")
     assert peak < 2**28
+
+
+def test_outputs_that_are_no_two_displacements_are_refused_in_one_line():
+    force, shaker, mass = np.random.default_rng(1).normal(size=(3, 500))
+    for changes in ({"mass": None}, {"mass": mass, "kinds": {"mass": "acceleration"}}):
+        with pytest.raises(ValueError, match="outputs of the record = .*; expected displacements of shaker and mass"):
+            identify(Record(force, shaker, sample_rate=200.0, **changes))

@@ -1,11 +1,41 @@
-"""File formats of records, a module each. A new one belongs here: ``read``, ``write`` and its suffix.
+"""File formats of records, a module each. A new one belongs here: ``look``, perhaps ``write``, and its suffixes.
 
-``read(path)`` gives what the file says of the record (a dict), its channels (a dict of arrays) and the units that it
-says for them (a dict of text); ``write(file, details, channels)`` puts details and channels, "time" (s) first, into a
-file open for bytes. A reader answers only for the form: it raises `ValueError` or `OSError`, in one line that names
-file and place, whatever the file is. What a record must hold is checked by `Record.load`, for all alike.
+``look(path)`` is a context that gives the `Contents` of a file: what columns it holds, and what it says beside them.
+``write(file, details, channels, units)`` puts details and channels, "time" (s) first, into a file open for bytes. A
+reader answers only for the form: it raises `ValueError` or `OSError`, in one line that names file and place, whatever
+the file is. What the columns mean, and whether all that a file says agrees, `rigsim.experiment.reading` finds, for all
+alike.
 """
 
-from . import csv_text, netcdf
+import importlib.util
+from functools import partial
 
-FORMATS = {".csv": csv_text, ".nc": netcdf}
+from . import binary, csv_text, netcdf
+
+_TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".lvm")
+READERS = {ending: csv_text.look for suffix in _TEXT for ending in (suffix, f"{suffix}.gz")} | {
+    suffix: partial(binary.look, suffix=suffix) for suffix in binary.SUFFIXES
+}
+WRITERS = {".csv": csv_text.write, ".csv.gz": csv_text.write_compressed, ".nc": netcdf.write}
+
+
+def chosen(path, table, what="suffix"):
+    """What a table has for the ending of a file's name; `ValueError` lists those that it knows."""
+    name = path.name.lower()
+    for ending in sorted(table, key=len, reverse=True):
+        if name.endswith(ending):
+            return table[ending]
+    suffix = "".join(path.suffixes[-2:]) if name.endswith(".gz") else path.suffix
+    known = ", ".join(repr(ending) for ending in table if table is WRITERS or not ending.endswith(".gz"))
+    told = "; a spreadsheet can save its sheet as .csv" if suffix.lower() in (".xlsx", ".xls", ".ods") else ""
+    raise ValueError(f"{what} of {path.name} = {suffix!r} is not allowed; expected one of {known}{told}")
+
+
+def require(module, extra):
+    """Say in one line how to get a package that only some files need, where it is not there."""
+    if importlib.util.find_spec(module) is None:
+        raise ModuleNotFoundError(
+            f"{module} is not installed, which this file needs; run: pip install 'rigsim[{extra}]' (or pip install "
+            f"{module})",
+            name=module,
+        )

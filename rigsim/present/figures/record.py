@@ -6,7 +6,7 @@ from ... import checks
 from .style import BLUE, GREEN, GREY, ORANGE, RED, outer_labels, style, subplots
 
 _COLOURS = {"force": GREY, "shaker": BLUE, "mass": ORANGE, "relative": GREEN, "tilt": RED}  # from top to bottom
-_UNITS = {"force": "N", "tilt": "mrad"}  # others in mm
+_SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}  # other units as they are
 
 
 def record_figure(record, *, ax=None, interval=None):
@@ -25,17 +25,15 @@ def record_figure(record, *, ax=None, interval=None):
     if shown.sum() < 2:
         expected = f"two samples of 0 to {time[-1]:g} s"
         raise ValueError(f"interval = {low:g} to {high:g} s is not allowed; expected {expected}")
-    channels = {name: getattr(record, name) for name in _COLOURS if getattr(record, name) is not None}
-    alt = (
-        f"Time histories of force, shaker, suspended mass and relative displacement from {low:.3g} to {high:.3g} s; "
-        f"rms force {record.force.std():.3g} N, largest xs - x {1e3 * abs(record.relative).max():.3g} mm."
-    )
+    channels = {name: record.signals[name] for name in _COLOURS if name in record.signals}
+    units = {"relative": record.units["shaker"]} | record.units
+    alt = f"Time histories of {', '.join(channels)} from {low:.3g} to {high:.3g} s; {record.summary()}."
     with style():
         figure, axes = subplots(len(channels), 1, alt=alt, ax=ax, height=1.4 * len(channels) + 0.4, sharex=True)
         for axis, (name, values) in zip(axes, channels.items(), strict=True):
-            scale = 1.0 if name == "force" else 1e3
+            scale, unit = _SHOWN.get(units[name], (1.0, units[name]))
             _draw(axis, time[shown], scale * values[shown], _COLOURS[name])
-            axis.set(xlabel="time [s]", ylabel=f"{name} [{_UNITS.get(name, 'mm')}]", xlim=(low, high))
+            axis.set(xlabel="time [s]", ylabel=f"{name} [{unit}]", xlim=(low, high))
         outer_labels(axes, ax=ax)
         return figure
 
