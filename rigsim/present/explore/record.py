@@ -81,8 +81,8 @@ def record_panel(record, first=None):
 
     def update(order, low, high, rows, term):
         return (
-            f"Order {order}, {low:g} to {high:g} Hz, {rows} block rows, one more term: {term}. Press <b>Identify</b>; it "
-            "takes some seconds."
+            f"Order {order}, {low:g} to {high:g} Hz, {rows} block rows, one more term: {term}. Press <b>Identify</b>, "
+            "which takes some seconds."
         )
 
     def act(report, order, low, high, rows, term):
