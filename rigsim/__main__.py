@@ -1,10 +1,11 @@
-"""The four commands: ``python3 -m rigsim {report,test,lab,bench}``.
+"""The commands: ``python3 -m rigsim {report,test,lab,bench,identify}``.
 
 Standard library only, since they start on a fresh clone before anything is installed; see `rigsim.environment`.
 """
 
 import argparse
 import contextlib
+import re
 import sys
 import time
 from pathlib import Path
@@ -59,7 +60,7 @@ def _parser():
         description="A virtual experiment on a rig whose frequency response has detached resonance curves.",
         epilog=_EPILOG,
     )
-    commands = parser.add_subparsers(dest="command", metavar="{report,test,lab,bench}")
+    commands = parser.add_subparsers(dest="command", metavar="{report,test,lab,bench,identify}")
 
     def add(name, run, summary, description, extras=(), passes_on=False):
         command = commands.add_parser(
@@ -97,7 +98,32 @@ def _parser():
         "Runs tests/benchmarks and prints a table: what was measured, and its ratio to the unit of the same benchmark.",
     )  # fmt: skip
     bench.add_argument("names", nargs="*", metavar="benchmark", help="only these; all but peers by default")
+
+    known = add(
+        "identify", _identify, "identify the rig of a record of your own, and write a page about it",
+        "Reads a record (force and displacements), identifies its rig and writes one offline HTML page: what is wrong\n"
+        "with the record and was mended, the parameters and how sure they are, whether the rig has a detached curve.",
+    )  # fmt: skip
+    known.add_argument("record", type=Path, help="the file")
+    known.add_argument("--force", type=float, metavar="N", help="amplitude at which detached curves are asked for")
+    listed = {"nargs": "+", "action": "append", "default": [], "metavar": "NAME=..."}
+    known.add_argument(
+        "--channels", **listed, help="columns of the file: force=Ch1,shaker=Ch2,mass=Ch3, or their numbers"
+    )
+    known.add_argument("--units", **listed, help="where the file says none: shaker=mm,mass=mm")
+    known.add_argument("--hold", help="what the force did between samples: zero, linear or band-limited")
+    known.add_argument("--rate", type=float, metavar="HZ", help="samples a second, where the file does not say it")
+    known.add_argument("--band", type=float, nargs=2, metavar="HZ", help="frequencies to identify over (default: 2 80)")
+    known.add_argument("--order", type=int, help="of the model: two a mode (default: 4)")
+    known.add_argument("--out", type=Path, help="the page (default: RECORD_identified.html, in this folder)")
     return parser
+
+
+def _lacking(error):
+    return environment.SetupError(
+        f"this environment has no {error.name}: install what environment.txt lists, "
+        f"or leave {environment.VARIABLE} unset to have .venv made"
+    )
 
 
 def _report(args):
@@ -105,10 +131,7 @@ def _report(args):
         from .present.report.build import build_reports
         from .present.report.run import ReportError
     except ModuleNotFoundError as error:
-        raise environment.SetupError(
-            f"this environment has no {error.name}: install what environment.txt lists, "
-            f"or leave {environment.VARIABLE} unset to have .venv made"
-        ) from None
+        raise _lacking(error) from None
     begun = time.monotonic()
     try:
         *_, index = build_reports(args.names, NOTEBOOKS, args.output, progress=True)
@@ -153,6 +176,48 @@ def _notebook(name):
 
 def _bench(args):
     return stopping.call([sys.executable, str(ROOT / "tests" / "benchmarks" / "run.py"), *args.names], ROOT)
+
+
+def _identify(args):
+    try:
+        from .present.report.identified import identify_file
+    except ModuleNotFoundError as error:
+        raise _lacking(error) from None
+    load = {"hold": args.hold, "channels": _pairs(args.channels), "units": _pairs(args.units), "sample_rate": args.rate}
+    settings = {"band": args.band, "order": args.order}
+    try:
+        found, guessed, page = identify_file(
+            args.record, args.out, args.force, load=_given(load), progress=sys.stderr.isatty(), **_given(settings)
+        )
+    except (ValueError, OSError) as error:
+        print(f"rigsim: {_words(error)}", file=sys.stderr)
+        return 1
+    for sentence in guessed:
+        print(f"rigsim: guessed: {sentence}", file=sys.stderr)
+    print(found.summary())
+    print(found.table().drop(columns="meaning", errors="ignore").to_string())
+    print(f"rigsim: the page is ready: open {page}")
+    return 0
+
+
+def _words(error):
+    """One line that says what is wrong, and with which file."""
+    named = isinstance(error, OSError) and error.filename and error.strerror
+    return f"{error.filename}: {error.strerror}" if named else " ".join(str(error).split())
+
+
+def _given(options):
+    return {name: value for name, value in options.items() if value not in (None, {})}
+
+
+def _pairs(texts):
+    """Names and values of ``force=Ch1,shaker=2``; a comma ends a value only where another name follows it."""
+    pairs = [pair for several in texts for text in several for pair in re.split(r",(?=\w+=)", text)]
+    wrong = [pair for pair in pairs if not re.match(r"\w+=.", pair)]
+    if wrong:
+        raise environment.SetupError(f"{wrong[0]!r} is not allowed; expected NAME=..., such as force=Ch1,shaker=Ch2")
+    found = (pair.partition("=")[::2] for pair in pairs)
+    return {name: int(value) if value.isdecimal() else value for name, value in found}
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ def calls():
         "basins": lambda: rigsim.basins(rig, force, frequency),
         "sine tests": lambda: rigsim.sine_test(rig, force, frequency, tap=rigsim.Tap(time=0.1), duration=1),
         "linear modes": lambda: rigsim.linear_modes(rig),
-        "identification": lambda: rigsim.identify(rigsim.random_test(rig, duration=5)),
+        "identification": lambda: rigsim.identify(rigsim.random_test(rig, duration=5)).plot("detached curves"),
     }
 
 

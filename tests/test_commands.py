@@ -1,4 +1,4 @@
-"""The four commands before, while and after they make their environment; each failure is one clear line."""
+"""The commands before, while and after they make their environment; each failure is one clear line."""
 
 import json
 import os
@@ -22,7 +22,7 @@ from rigsim import __main__ as commands
 from rigsim import environment, places, stopping
 
 ROOT = Path(__file__).parents[1]
-COMMANDS = ("report", "test", "lab", "bench")
+COMMANDS = ("report", "test", "lab", "bench", "identify")
 FRONT = ("__init__.py", "__main__.py", "environment.py", "places.py", "stopping.py")
 
 
@@ -440,6 +440,55 @@ def test_report_errors_are_lines(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(environment, "enter", lambda extras: None)
     assert commands.main(["report", "99", "--output", str(tmp_path)]) == 1
     assert capsys.readouterr().err.startswith("rigsim: n")
+
+
+@pytest.fixture
+def own_record(tmp_path, monkeypatch):
+    """Runs `identify` on a small record of its own, in its folder."""
+    from tests.identification.cubic import cubic_record
+
+    monkeypatch.setattr(environment, "enter", lambda *_: None)
+    monkeypatch.chdir(tmp_path)
+    cubic_record(duration=6, noise=0.01).save("own.csv")
+    return lambda *arguments: commands.main(["identify", *arguments])
+
+
+def test_identify_prints_and_writes_a_page(own_record, tmp_path, capsys):
+    assert own_record("own.csv", "--force", "3.18", "--band", "3", "70", "--out", "new/page.html") == 0
+    said = capsys.readouterr()
+    assert said.out.startswith('Identification ("force"): modes 11.7') and "k3" in said.out and not said.err
+    assert said.out.splitlines()[-1].endswith(f"open {Path('new/page.html')}")
+    page = (tmp_path / "new" / "page.html").read_text(encoding="utf-8")
+    assert "What own.csv says of its rig" in page and "band = [3.0, 70.0]" in page and "At 3.18 N" in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["none.csv"], "none.csv"),
+        (["own.csv", "--hold", "linear"], "hold = 'linear' is not allowed"),
+        (["own.csv", "--order", "5"], "order = 5 is not allowed"),
+        (["own.csv", "--force", "-1"], "force = -1"),
+        (["own.csv", "--band", "80", "2"], "band"),
+        (["own.csv", "--out", "own.csv"], "is the record itself"),
+        (["own.csv", "--out", "folder"], "folder"),
+        (["own.csv", "--out", "own.csv/page.html"], "own.csv"),
+        (["own.csv", "--channels", "force"], "'force' is not allowed; expected NAME="),
+    ],
+)
+def test_identify_errors_are_lines(own_record, tmp_path, capsys, arguments, words):
+    (tmp_path / "folder").mkdir()
+    before = (tmp_path / "own.csv").read_bytes()
+    assert own_record(*arguments) in (1, 2)
+    said = capsys.readouterr()
+    assert said.err.startswith("rigsim: ") and said.err.count("\n") == 1 and words in said.err and not said.out
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["folder", "own.csv"]
+    assert (tmp_path / "own.csv").read_bytes() == before
+
+
+def test_columns_and_units_are_passed_on_as_they_are_called():
+    given = [["force=Ch1, raw [N],shaker=2", "mass=a=b"], ["time=t"]]
+    assert commands._pairs(given) == {"force": "Ch1, raw [N]", "shaker": 2, "mass": "a=b", "time": "t"}
 
 
 def test_benchmarks_show_ratios_to_their_unit():

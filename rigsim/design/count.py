@@ -120,6 +120,43 @@ def _judge_chunk(sets):
     return {"counts": counts, "distances": distances}
 
 
+@inlinable
+def _tally(minus, plus, windows, gamma, squares, tally):
+    for kind in range(2):
+        spans = _spans(minus, plus, windows, kind)
+        for i in range(squares.size):
+            for j in range(spans.shape[0]):
+                tally[kind, i] += spans[j, 0] < gamma * squares[i] < spans[j, 1]
+
+
+@compiled(nogil=True)
+def _tally_all(sets, squares, tally, doubtful):
+    for i in range(sets.shape[0]):
+        mu, zeta_s, zeta, Omega0, gamma = sets[i]
+        if gamma == 0.0:
+            continue
+        cusps, extrema, certain = breakpoints(mu, zeta_s, zeta, Omega0)
+        doubtful[i] = not certain
+        if certain:
+            _, minus, plus, windows = arrange(mu, zeta_s, zeta, Omega0, cusps, extrema)
+            _tally(minus, plus, windows, gamma, squares, tally)
+
+
+def having(sets, forces):
+    """How many of some sets have an inner, and how many an outer detached curve at each force: int (2, forces).
+
+    ``sets`` (n, 5) are mu, zeta_s, zeta, Omega0 and gamma at 1 N, already checked; ``forces`` are in N.
+    """
+    tally, doubtful = np.zeros((2, len(forces)), dtype=np.int64), np.zeros(len(sets), dtype=np.bool_)
+    squares = np.square(np.ascontiguousarray(forces, dtype=float))
+    _tally_all(np.ascontiguousarray(sets, dtype=float), squares, tally, doubtful)
+    for i in np.flatnonzero(doubtful):
+        group = Nondimensional(*sets[i].tolist())
+        found = levels(group)
+        _tally(found.minus, found.plus, found.windows, group.gamma, squares, tally)
+    return tally
+
+
 def existence_forces(parameters, kind="inner"):
     """Every range of forces over which a detached curve of a kind, "inner" or "outer", exists.
 

@@ -133,6 +133,10 @@ class Identification(Result):
         "receptances": "receptance_figure",
         "singular values": "singular_value_figure",
         "readings": "readings_figure",
+        "parameters": "parameter_figure",
+        "residuals": "residual_figure",
+        "prediction": "prediction_figure",
+        "detached curves": "detached_probability_figure",
     }
 
     def nonlinear_mean(self, band):

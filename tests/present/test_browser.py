@@ -122,6 +122,18 @@ def test_policy_stops_what_is_not_the_pages_own(browser, small_reports, tmp_path
     context.close()
 
 
+def test_page_of_a_record_is_sound(browser, tmp_path):
+    from rigsim.identification.identify import identify
+    from rigsim.present.report.identified import identified_page
+    from tests.identification.cubic import cubic_record
+
+    record = cubic_record(duration=10, noise=0.01)
+    page = identified_page(identify(record), record, "own.csv", ("something",), 3.18)
+    (tmp_path / "page.html").write_text(page, encoding="utf-8")
+    with opened(browser, tmp_path / "page.html") as page:
+        look_over(page)
+
+
 def test_maths_is_set(browser, small_reports):
     with opened(browser, small_reports / "01_first.html") as page:
         boxes = page.locator("math").evaluate_all("all => all.map(one => one.getBoundingClientRect().height)")

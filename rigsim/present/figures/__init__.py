@@ -6,6 +6,7 @@ new figure, and returns the `matplotlib.figure.Figure`.
 
 from .basins import attractors_figure, basins_figure, integrity_figure, tap_map_figure
 from .design import design_figure, existence_chart_figure, margins_figure, tolerance_study_figure
+from .errors import parameter_figure
 from .identification import (
     identification_figure,
     nonlinear_coefficient_figure,
@@ -15,8 +16,10 @@ from .identification import (
 from .modes import modes_figure
 from .orbits import harmonics_figure, orbits_figure
 from .overlay import branches_figure
+from .probability import curve_probability_figure, detached_probability_figure
 from .readings import readings_figure
 from .record import record_figure
+from .residuals import prediction_figure, residual_figure
 from .response import detached_curves_figure, force_scenario_figure, frequency_response_figure
 from .rig import rig_figure
 from .sheet import event_curves_figure, sheet_amplitude_figure, sheet_figure
@@ -28,11 +31,12 @@ from .surface import response_surface_figure
 from .wire_law import wire_law_figure
 
 __all__ = [
-    "attractors_figure", "basins_figure", "branches_figure", "design_figure", "detached_curves_figure",
-    "distortion_figure", "event_curves_figure", "existence_chart_figure", "force_scenario_figure",
-    "frequency_response_figure", "harmonics_figure", "identification_figure", "integrity_figure", "margins_figure",
-    "modes_figure", "nonlinear_coefficient_figure", "orbits_figure", "readings_figure", "receptance_figure",
-    "record_figure", "response_surface_figure", "rig_figure", "sheet_amplitude_figure", "sheet_figure",
+    "attractors_figure", "basins_figure", "branches_figure", "curve_probability_figure", "design_figure",
+    "detached_curves_figure", "detached_probability_figure", "distortion_figure", "event_curves_figure",
+    "existence_chart_figure", "force_scenario_figure", "frequency_response_figure", "harmonics_figure",
+    "identification_figure", "integrity_figure", "margins_figure", "modes_figure", "nonlinear_coefficient_figure",
+    "orbits_figure", "parameter_figure", "prediction_figure", "readings_figure", "receptance_figure", "record_figure",
+    "residual_figure", "response_surface_figure", "rig_figure", "sheet_amplitude_figure", "sheet_figure",
     "sine_test_figure", "singular_value_figure", "spectrum_figure", "statics_figure", "subharmonics_figure",
     "tap_map_figure", "tolerance_study_figure", "wire_law_figure",
 ]  # fmt: skip

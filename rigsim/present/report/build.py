@@ -57,10 +57,10 @@ def build_reports(names=None, notebooks="notebooks", output="reports", progress=
         raise ValueError(f"notebooks = {str(notebooks)!r} holds no numbered notebook; expected NN_name.ipynb")
     chosen = every if not names else sorted({_find(name, every) for name in names})
     output, written, failures = Path(output), {}, {}
-    _make_folder(output)
+    make_folder(output)
 
     def write_index():
-        return _write(output / "index.html", index_page(every, output, failures))
+        return write(output / "index.html", index_page(every, output, failures))
 
     write_index()
     with tqdm(desc="cells", unit="cell", disable=not progress or None, file=sys.stderr, leave=False) as bar:
@@ -72,7 +72,7 @@ def build_reports(names=None, notebooks="notebooks", output="reports", progress=
                 bar.total = (bar.total or 0) + sum(cell.cell_type == "code" for cell in notebook.cells)
                 await run_notebook(notebook, path, bar)
                 seconds = time.perf_counter() - begun
-                written[path] = _write(output / f"{path.stem}.html", notebook_page(notebook, path, every, seconds))
+                written[path] = write(output / f"{path.stem}.html", notebook_page(notebook, path, every, seconds))
                 line = f"{path.stem}: {seconds:.0f} s, {written[path]}"
             except ReportError as error:
                 failures[path] = str(error)
@@ -124,14 +124,15 @@ def _find(name, every):
     raise ValueError(f"names has {name!r}; expected one of {', '.join(path.stem for path in every)}")
 
 
-def _make_folder(path):
+def make_folder(path):
+    """Make a folder and those above it; an OSError that names it says why not."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise _unwritable(error, path) from None
 
 
-def _write(path, text):
+def write(path, text):
     """Write the file whole or not at all."""
     temporary = None
     try:

@@ -32,19 +32,10 @@ def notebook_page(notebook, path, every, seconds):
             outputs = [html for i, html in enumerate(outputs) if html != WIDGET_NOTE or html not in outputs[:i]]
             cells.append({"kind": "code", "html": highlight(cell.source), "outputs": outputs})
     place = every.index(path)
-    page = (
-        _templates()
-        .get_template("page.html.j2")
-        .render(
-            title=document.title or path.stem,
-            headings=document.headings,
-            cells=cells,
-            before=_neighbour(every, place - 1),
-            after=_neighbour(every, place + 1),
-            seconds=seconds,
-            **_made(),
-        )
-    )
+    page = rendered(
+        "page.html.j2", title=document.title or path.stem, headings=document.headings, cells=cells, home="index.html",
+        before=_neighbour(every, place - 1), after=_neighbour(every, place + 1), seconds=seconds,
+    )  # fmt: skip
     return seal(page, path.name)
 
 
@@ -74,8 +65,7 @@ def index_page(every, output, failures):
                 "failure": failures.get(path),
             }
         )
-    page = _templates().get_template("index.html.j2").render(rows=rows, **_made())
-    return seal(page, "index.html")
+    return seal(rendered("index.html.j2", rows=rows), "index.html")
 
 
 def _heading(path):
@@ -97,6 +87,14 @@ def _heading(path):
     return document.title or path.stem, inner
 
 
+def rendered(template, **values):
+    """A template (its name) filled in, with when and by which versions it was made; text is escaped (str)."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader(__package__, "templates"), trim_blocks=True, lstrip_blocks=True, autoescape=True
+    )
+    return environment.get_template(template).render(**values, **_made())
+
+
 def _made():
     versions = [("Python", ".".join(map(str, sys.version_info[:3])))]
     return {"made": _minute(datetime.now()), "versions": versions + [(name, version(name)) for name in _PACKAGES]}
@@ -104,9 +102,3 @@ def _made():
 
 def _minute(moment):
     return moment.strftime("%Y-%m-%d %H:%M")
-
-
-def _templates():
-    return jinja2.Environment(
-        loader=jinja2.PackageLoader(__package__, "templates"), trim_blocks=True, lstrip_blocks=True, autoescape=True
-    )

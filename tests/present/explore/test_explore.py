@@ -9,12 +9,23 @@ import pytest
 from numpy.testing import assert_allclose
 from PIL import Image
 
+from rigsim.experiment.record import Record
+from rigsim.identification.identify import identify
+from rigsim.identification.terms import Term, power
 from rigsim.model.planar import linear_modes, static_equilibrium
 from rigsim.parameters import OscillatorParameters, RigParameters
-from rigsim.present.explore import LivePanel, identification_panel, response_panel, rig_panel, shake_panel
+from rigsim.present.explore import (
+    LivePanel,
+    identification_panel,
+    record_panel,
+    response_panel,
+    rig_panel,
+    shake_panel,
+)
 from rigsim.present.figures.style import MOTIONS, style, subplots
 from rigsim.theory.amplitude import frequency_response
 from rigsim.theory.detached import detached_curves
+from tests.identification.cubic import cubic_record
 
 PANELS = [response_panel, rig_panel, shake_panel, identification_panel]
 
@@ -286,6 +297,34 @@ def test_identification_of_a_clean_and_of_a_noisy_test(opened):
     (noisy,) = re.findall(r"k3 off by (\S+) %", panel.message.value)
     assert abs(float(noisy)) > abs(float(error))
     assert "2 % noise" in panel.message.value
+
+
+def test_a_record_is_read_with_other_settings(opened):
+    record = cubic_record(duration=10, noise=0.01)
+    first = identify(record)
+    panel = opened(record_panel, record, first)
+    known, these = (bars.lines[0] for bars in panel.figure.axes[1].containers)
+    assert_allclose(known.get_ydata(), 0)
+    panel.controls["term"].value = "quintic spring"
+    panel.controls["high"].value = 70.0
+    assert "quintic spring" in panel.message.value and "2 to 70 Hz" in panel.message.value
+    panel.start.click()
+    panel.wait()
+    again = identify(record, band=(2, 70), terms=(Term("k5", (0, 1), power(5)),))
+    off = 100 * (again.errors.value[:7] / first.errors.value - 1)
+    assert_allclose(these.get_ydata(), off, rtol=1e-6, atol=1e-9)
+    assert "k5 = " in panel.message.value and "not seen in this record" in panel.message.value
+    assert panel.progress.value == 1.0
+
+
+def test_a_record_that_no_rig_repeats_says_so_in_its_panel(opened):
+    noise = np.random.default_rng(0).standard_normal((3, 10_000))
+    panel = opened(record_panel, Record(noise[0], 1e-4 * noise[1], 1e-4 * noise[2], 2000))
+    panel.start.click()
+    panel.wait()
+    assert "Not possible" in panel.message.value and "no rig of this kind" in panel.message.value
+    with pytest.raises(ValueError, match="expected a Record"):
+        record_panel(RigParameters())
 
 
 def test_closing_takes_every_widget_away():

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import rigsim
+from rigsim.design.probability import curve_probability
 from rigsim.present import figures
 from rigsim.present.figures import style
 
@@ -46,8 +47,10 @@ EXAMPLES = {
     "attractors_figure": (lambda: rigsim.attractors(RIG, 3.18, 30.0, starts=64), "motions", {}, 1),
     "basins_figure": (lambda: rigsim.basins(RIG, 3.18, 30.0, pixels=5, samples=16, starts=64), "basins", {}, 1),
     "branches_figure": (lambda: rigsim.overlay(RIG, shaken()), "branches", {"nominal": RIG.replace(cs=9.0)}, 3),
+    "curve_probability_figure": (lambda: curve_probability(identified()[0]), "probability", {"force": 3.18}, 1),
     "design_figure": (lambda: rigsim.design_for_detached_curve(RIG, 3.18, {"force": (2.5, 7.0)}), "design", {}, 1),
     "detached_curves_figure": (lambda: rigsim.detached_curves(RIG, 3.18), "response", {}, 3),
+    "detached_probability_figure": (lambda: identified()[0], "detached curves", {"force": 3.18}, 1),
     "distortion_figure": (shaken, "distortion", {}, 3),
     "event_curves_figure": (
         lambda: rigsim.force_scenario(RIG, 3, band=(50, 60), force=(2.5, 4)).over("cs", [9.5, 9.86, 10.2]), "curves",
@@ -74,9 +77,12 @@ EXAMPLES = {
     "modes_figure": (lambda: rigsim.linear_modes(RIG), "shapes", {}, 4),
     "nonlinear_coefficient_figure": (lambda: identified()[0], "nonlinear coefficient", {}, 2),
     "orbits_figure": (lambda: rigsim.periodic_orbits(RIG, 3.18, (20, 60), harmonics=1)[0], "orbits", {}, 3),
+    "parameter_figure": (lambda: identified()[0], "parameters", {}, 2),
+    "prediction_figure": (lambda: identified()[0], "prediction", {}, 4),
     "readings_figure": (lambda: identified()[0], "readings", {"beside": "all"}, 2),
     "receptance_figure": (lambda: identified()[0], "receptances", {}, 6),
     "record_figure": (lambda: shaken().record(0), "record", {}, 5),
+    "residual_figure": (lambda: identified()[0], "residuals", {}, 6),
     "response_surface_figure": (lambda: rigsim.force_scenario(RIG), "surface", {}, 2),
     "rig_figure": (lambda: RIG.single_set(), "rig", {"beside": RIG}, 2),
     "sheet_amplitude_figure": (lambda: explored(), "amplitude", {"forces": [3.18]}, 1),

@@ -1,0 +1,119 @@
+"""The page of a record: every section, whatever the record says, and no text of a file as HTML."""
+
+import re
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bs4 import BeautifulSoup
+
+from rigsim.experiment.record import Record
+from rigsim.identification.identify import identify
+from rigsim.identification.troubles import Trouble
+from rigsim.present.report import identified
+from rigsim.present.report.identified import identified_page, identify_file
+from tests.identification.cubic import cubic_record
+
+SECTIONS = ["The record", "Troubles", "Parameters"]
+SIMULATED = ["Residuals", "Prediction"]
+LINEAR = ["Receptances", "Nonlinear coefficient", "Order"]
+
+
+@pytest.fixture(scope="module")
+def record():
+    return cubic_record(duration=10, noise=0.01)
+
+
+@pytest.fixture(scope="module")
+def found(record):
+    return identify(record)
+
+
+def soup_of(page):
+    return BeautifulSoup(page, "html.parser")
+
+
+def test_page_has_every_section_and_its_figures_say_what_is_seen(found, record):
+    page = identified_page(found, record, "own.csv", force=3.18, settings={"order": 4})
+    soup = soup_of(page)
+    headings = [heading.text for heading in soup.find_all("h2")]
+    assert headings == [*SECTIONS, *SIMULATED, *LINEAR, "Detached curves", "Settings"]
+    assert [a.text for a in soup.select("nav.contents a")] == headings
+    assert {a["href"][1:] for a in soup.select("nav.contents a")} == {heading["id"] for heading in soup.find_all("h2")}
+    assert soup.h1.text == "What own.csv says of its rig" and "order = 4" in soup.text
+    assert len(soup.find_all("svg")) == 9 and all(len(svg["aria-label"]) > 40 for svg in soup.find_all("svg"))
+    cells = [cell.text for cell in soup.find_all(["td", "th"])]
+    assert f"{found.k3:.5g}" in cells and f"{found.errors.half_width[6]:.5g}" in cells
+    assert re.search(r"At 3.18 N an inner detached curve exists with \d+ %", soup.text)
+    ids = re.findall(r'\sid="([^"]*)"', page)
+    assert len(ids) == len(set(ids)) and not soup.find("a", href="index.html")
+
+
+def test_troubles_are_told_by_what_became_of_them(found, record):
+    trouble = Trouble("delay", "mass is late", {"delay": {"mass": 1e-3}})
+    changed = replace(
+        found, mended=(trouble, Trouble("break", "begins anew")), troubles=(Trouble("gain", "too small"),)
+    )
+    text = soup_of(identified_page(changed, record, "own.csv")).text
+    places = [text.index(part) for part in ("Found and mended", "is late", "begins anew", "Not mended", "too small")]
+    assert places == sorted(places) and "None was found" not in text
+    hopeless = replace(found, mended=(Trouble("lost", "samples were lost"),), troubles=())
+    text = soup_of(identified_page(hopeless, record, "own.csv")).text
+    assert text.index("not to be mended") < text.index("samples were lost")
+    assert "None was found" in soup_of(identified_page(replace(found, mended=(), troubles=()), record, "x")).text
+
+
+def test_a_record_that_no_rig_repeats_has_a_page_too():
+    noise = np.random.default_rng(0).standard_normal((3, 20_000))
+    record = Record(noise[0], 1e-4 * noise[1], 1e-4 * noise[2], 2000)
+    found = identify(record)
+    soup = soup_of(identified_page(found, record, "noise.csv"))
+    headings = [heading.text for heading in soup.find_all("h2")]
+    assert headings == [*SECTIONS, *LINEAR] and "doubtful" in soup.text and "no intervals" in soup.text
+
+
+def test_nothing_that_a_file_says_is_html(tmp_path, monkeypatch, record, found):
+    odd = "<script>alert('1')<\N{DIVISION SLASH}script> & \"x\" #?%41 é.csv"
+    record.save(tmp_path / odd)
+
+    def guessing(path, **options):
+        warnings.warn(f"{path.name} has a channel <img src=x onerror=alert(2)>", UserWarning, stacklevel=1)
+        return record.replace(**{name: value for name, value in options.items() if name == "hold"})
+
+    monkeypatch.setattr(identified.Record, "load", guessing)
+    monkeypatch.setattr(identified, "identify", lambda record, **_: found)
+    _, guessed, page = identify_file(tmp_path / odd, tmp_path / "out.html", load={"hold": "zero"})
+    soup = soup_of(page.read_text(encoding="utf-8"))
+    assert len(guessed) == 1 and odd in soup.h1.text and "<img src=x" in soup.text
+    assert not soup.find("img") and not [script for script in soup.find_all("script") if "alert" in script.text]
+    policy = soup.find("meta", attrs={"http-equiv": True})["content"]
+    assert "default-src 'none'" in policy and "unsafe-inline'; script-src 'sha256-" in policy
+
+
+def test_page_is_named_after_the_record_and_written_whole_or_not_at_all(tmp_path, monkeypatch, record, found):
+    record.save(tmp_path / "own.csv")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(identified, "identify", lambda record, **_: found)
+    assert identify_file("own.csv")[2] == Path("own_identified.html")
+    before = Path("own_identified.html").read_bytes()
+
+    def refuse(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr("os.replace", refuse)
+    with pytest.raises(OSError, match="disk full"):
+        identify_file("own.csv")
+    assert Path("own_identified.html").read_bytes() == before and len(list(tmp_path.iterdir())) == 2
+
+
+def test_what_is_not_allowed_is_found_before_the_work(tmp_path, monkeypatch, record):
+    record.save(tmp_path / "own.csv")
+    monkeypatch.setattr(identified, "identify", None)
+    with pytest.raises(ValueError, match="force = -3"):
+        identify_file(tmp_path / "own.csv", tmp_path / "out.html", -3)
+    with pytest.raises(ValueError, match="record itself"):
+        identify_file(tmp_path / "own.csv", tmp_path / "own.csv")
+    with pytest.raises(OSError, match="a folder is there"):
+        identify_file(tmp_path / "own.csv", tmp_path)
