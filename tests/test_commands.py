@@ -243,7 +243,9 @@ def test_second_setup_waits_for_the_first(tree):
 
 
 def test_extras_are_added_to_a_finished_environment(tree, quick, monkeypatch):
-    (tree / "environment.lock").write_text("# part: base\n# part: test\npytest==1 --hash=sha256:0\n# part: browser\n# part: formats\n")
+    (tree / "environment.lock").write_text(
+        "# part: base\n# part: test\npytest==1 --hash=sha256:0\n# part: browser\n# part: formats\n"
+    )
     python = environment.prepare(tree)
 
     def fail(*_):

@@ -90,18 +90,18 @@ def curve_probability(identification, force=None, samples=1000, seed=2014):
     ValueError
         If an input is not allowed or the identification has no errors.
     """
-    checks.instance("identification", identification, Identification, "an Identification")
+    identification = checks.instance("identification", identification, Identification, "an Identification")
     if identification.errors is None:
         raise ValueError("identification.errors is None; expected an identification whose parameters have errors")
     samples = checks.integer("samples", samples, low=1, high=100_000)
     generator = np.random.default_rng(checks.seed("seed", seed))
     parameters = identification.parameters
     others = [] if force is None else checks.array("force", force, "N", low=0.0, low_open=True)
-    force = np.union1d(_usual_forces(identification), others)
+    forces = np.union1d(_usual_forces(identification), others)
     drawn = sampled(identification.errors, samples, generator)
     sets = varied_sets(parameters, 1.0, dict(zip(_NAMES, drawn.T, strict=True)))
-    inner, outer = having(sets[np.isfinite(sets[:, 0])], force) / samples
-    return CurveProbability(parameters, force, inner, outer, samples)
+    inner, outer = having(sets[np.isfinite(sets[:, 0])], forces) / samples
+    return CurveProbability(parameters, forces, inner, outer, samples)
 
 
 def sampled(errors, samples, generator):

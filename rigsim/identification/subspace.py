@@ -54,38 +54,14 @@ class StateSpace:
         return np.concatenate([_simulate(*matrices, state, inputs[part]) for part in sliced(len(inputs), _SLICE)])
 
 
-def identify_state_space(inputs, outputs, sample_rate, order, block_rows, method="gram"):
-    """State-space model of ``order`` states that turns ``inputs`` into ``outputs``.
-
-    The channels, (n, p) and (n, q), are sampled at ``sample_rate`` (Hz) and each varies; ``block_rows`` are those of
-    the past and of the future, at least one more than ``order / q``. Constant offsets of any channel are projected out
-    exactly, and come back as the model's ``offset``. Poles outside the unit circle are mirrored into it.
-    ``method`` "qr" forms the Hankel matrix and factors it, which takes long and much memory: the check on "gram".
-
-    Returns the `StateSpace` and the singular values (block_rows q,) of the projected future outputs, channels scaled to
-    unit deviation: a jump after the ``order``-th tells the order of the system.
-    """
-    channels = np.hstack([inputs, outputs])
-    deviation = channels.std(axis=0)
-    channels = (channels - channels.mean(axis=0)) / deviation
-    if method == "qr":
-        windows = np.lib.stride_tricks.sliding_window_view(channels, 2 * block_rows, axis=0).transpose(0, 2, 1)
-        hankel = windows.reshape(len(windows), -1)
-        hankel = (hankel - hankel.mean(axis=0))[:, _sorted_rows(*channels.shape[1:], inputs.shape[1], block_rows)]
-        root = np.linalg.qr(hankel, mode="r").T
-        A, C, singular_values = _from_root(root, deviation, inputs.shape[1], order)
-    else:
-        gram = extended_gram(channels, 2 * block_rows)
-        A, C, singular_values = dynamics(gram, deviation, inputs.shape[1], order)
-    return fit_input_matrices(A, C, inputs, outputs, sample_rate), singular_values
-
-
 def dynamics(gram, deviation, p, order):
     """A, C and all singular values from the extended Gram matrix of channels, of which the first ``p`` are inputs.
 
-    The channels were divided by ``deviation`` (c,), and C is in the units they had before.
+    The channels were divided by ``deviation`` (c,), and C is in the units they had before. Constant offsets of any
+    channel are projected out exactly; poles outside the unit circle are mirrored into it. A jump after the
+    ``order``-th singular value tells the order of the system.
     """
-    rows = _sorted_rows(deviation.size, p, len(gram) // (2 * deviation.size))
+    rows = sorted_rows(deviation.size, p, len(gram) // (2 * deviation.size))
     gram = gram[np.ix_(rows, rows)]
     try:
         lower = linalg.cholesky(gram, lower=True)
@@ -93,16 +69,16 @@ def dynamics(gram, deviation, p, order):
         values, vectors = linalg.eigh(gram)
         root = vectors * np.sqrt(np.clip(values, 0.0, None))
         lower = linalg.qr(root.T, mode="r")[0].T
-    return _from_root(lower, deviation, p, order)
+    return from_root(lower, deviation, p, order)
 
 
-def _sorted_rows(c, p, block_rows):
+def sorted_rows(c, p, block_rows):
     """Which rows of the Hankel matrix are the inputs of the future, the past and the outputs of the future."""
     past, future = np.arange(2 * block_rows * c).reshape(2, block_rows, c)
     return np.concatenate([future[:, :p].ravel(), past.ravel(), future[:, p:].ravel()])
 
 
-def _from_root(lower, deviation, p, order):
+def from_root(lower, deviation, p, order):
     """What `dynamics` returns, from the lower triangle of the sorted Hankel matrix."""
     c, q = deviation.size, deviation.size - p
     block_rows = len(lower) // (2 * c)

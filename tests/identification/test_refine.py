@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from rigsim.identification.refine import _lines, refine_state_space
-from rigsim.identification.subspace import identify_state_space
 from tests.identification.test_subspace import known_system, response
+from tests.identification.whole import identify_state_space
 
 
 def test_derivatives_are_those_of_the_modelled_lines():

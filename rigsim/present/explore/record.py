@@ -35,9 +35,8 @@ def record_panel(record, first=None):
     ValueError
         If the record is no `Record`, or the band of 2 to 80 Hz is beyond its half sample rate.
     """
-    checks.instance("record", record, Record, "a Record")
-    if first is not None:
-        checks.instance("first", first, Identification, "an Identification")
+    record = checks.instance("record", record, Record, "a Record")
+    first = None if first is None else checks.instance("first", first, Identification, "an Identification")
     half = record.sample_rate / 2
     terms = _terms(record)
     controls = {

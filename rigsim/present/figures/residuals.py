@@ -17,7 +17,7 @@ _MOST = 400  # points of a line over lags
 
 def checked(identification):
     """The `Identification`, if it has a simulated rig; a ValueError if it is by one of the paper's readings."""
-    checks.instance("identification", identification, Identification, "an Identification")
+    identification = checks.instance("identification", identification, Identification, "an Identification")
     if identification.modelled is None:
         raise ValueError(
             f"identification (conversion = {identification.conversion!r}) has no simulated rig; expected one that "

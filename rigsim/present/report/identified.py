@@ -4,11 +4,10 @@ import errno
 import os
 import time
 import warnings
+from html import escape
 from itertools import compress
 from operator import not_
 from pathlib import Path
-
-from markupsafe import escape
 
 from ... import checks
 from ...blas import one_blas_thread
