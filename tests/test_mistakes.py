@@ -129,6 +129,7 @@ KINDS = {
     "step": "within", "duration": "within", "rms": "number", "sample_rate": "number", "motion": "motion",
     "tolerances": "object", "box": "within?", "rig": "object", "velocity": "any array", "instants": "whole",
     "relative": "lines", "tap": "object?", "names": "object?", "search": "word", "record": "object", "path": "file",
+    "terms": "objects", "noise": "object?", "kinds": "object?", "channels": "object?", "units": "object?",
     "channel": "word", "what": "word?", "ax": "object?", "beside": "objects", "exaggeration": "number", "i": "whole",
 }  # fmt: skip
 
@@ -162,7 +163,7 @@ def functions(made):
     yield "nondimensional", RIG.nondimensional, {"force": 3.18}, {}
     wide = dict.fromkeys(("force", "shaker", "mass", "tilt"), "within")
     known = {"hold": "word", "seed": "seed?", "start": "word?", "parameters": "object?", "step": "within?"}
-    yield "Record", Record, channels | {"sample_rate": 10.0}, wide | known | {"tilt": "within?"}
+    yield "Record", Record, channels | {"sample_rate": 10.0}, wide | known | {"tilt": "within?", "mass": "within?"}
     yield "cubic_law_error", rigsim.cubic_law_error, {"z": 1e-3, "parameters": RIG}, {"z": "any shape"}
     for name in ("oscillator_modes", "static_equilibrium", "linear_modes"):
         yield name, getattr(rigsim, name), {"parameters": RIG}, {}
@@ -213,6 +214,7 @@ def functions(made):
     yield "ledger", rigsim.ledger, {}, {"rig": "object?", "evidence": "object?"}
     yield "printed", rigsim.printed, {"section": "Table 1", "symbol": "ms"}, {"section": "word", "symbol": "word"}
     yield "identification_panel", explore.identification_panel, {}, {"duration": "within, 2.5", "rms": "number"}
+    yield "record_panel", explore.record_panel, {"record": made["record"]}, {"first": "object?"}
     yield "response_panel", explore.response_panel, {}, {"quantity": "word"}
     yield "rig_panel", explore.rig_panel, {}, {"exaggeration": "word"}
     yield "shake_panel", explore.shake_panel, {}, {"frequency": "within"}
@@ -225,7 +227,10 @@ def methods(made):
     yield "spectrum", record.spectrum, {"channel": "mass", "frequency": 30.0}, {"frequency": "within, 2.5"}
     yield "strongest_line", record.strongest_line, {"channel": "mass", "band": (5, 50)}, {}
     yield "save", record.save, {"path": "x.csv"}, {}
-    yield "load", Record.load, {"path": "x.csv"}, {"hold": "word?"}
+    yield "load", Record.load, {"path": "x.csv"}, {"hold": "word?", "sample_rate": "number?"}
+    yield "inspect", Record.inspect, {"path": "x.csv"}, {}
+    moved = dict.fromkeys(("delay", "clock", "spikes"), "object?") | {"swap": "flag", "reverse": "objects"}
+    yield "realigned", record.realigned, {}, moved
     yield "SineTest.record", made["test"].record, {"i": 0}, {"i": "motion"}
     yield "OrbitBranch.shoot", orbits[0].shoot, {"i": 0}, {"i": "motion"}
     verdict = {"frequencies": "within?"}

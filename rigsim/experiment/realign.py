@@ -8,35 +8,52 @@ from .. import checks
 
 def realigned(record, delay=None, clock=None, reverse=(), swap=False, spikes=None):
     """See `Record.realigned`."""
+    n, rate = record.force.size, record.sample_rate
+    most = n / 4 / rate
+    delay = _by_channel("delay", delay, record, lambda name, late: checks.real(name, late, "s", low=-most, high=most))
+    clock = _by_channel("clock", clock, record, lambda name, fast: checks.real(name, fast, "ppm", low=-1e5, high=1e5))
+    spikes = _by_channel("spikes", spikes, record, lambda name, at: checks.integers(name, at, low=0, high=n - 1))
+    reverse = () if _is_none(reverse) else checks.names("reverse", reverse, tuple(record.kinds))
     channels, kinds = {name: getattr(record, name) for name in record.kinds}, record.kinds
     if checks.flag("swap", swap):
         channels = dict(zip(channels, reversed(channels.values()), strict=True))
         kinds = dict(zip(kinds, reversed(kinds.values()), strict=True))
     channels = {name: -values if name in reverse else values for name, values in channels.items()}
-    for name, places in (spikes or {}).items():
-        channels[name] = _without(channels[name], np.asarray(places, dtype=int))
-    n, rate = record.force.size, record.sample_rate
+    for name, places in spikes.items():
+        channels[name] = _without(channels[name], places)
     at = {name: np.arange(n, dtype=float) for name in channels}
-    for name, fast in (clock or {}).items():
-        at[name] = at[name] / (1 + 1e-6 * checks.real(f"clock of {name}", fast, "ppm", low=-1e5, high=1e5))
-    for name, late in (delay or {}).items():
-        most = n / 4 / rate
-        at[name] = at[name] + rate * checks.real(f"delay of {name}", late, "s", low=-most, high=most)
+    for name, ppm in clock.items():
+        at[name] = at[name] / (1 + 1e-6 * ppm)
+    for name, late in delay.items():
+        at[name] = at[name] + rate * late
     first = int(np.ceil(max(0.0, *(-places[0] for places in at.values()))))
-    lasts = [np.searchsorted(places, n - 1, side="right") for places in at.values()]
-    kept = slice(first, min(n, *lasts))
-    moved = {
-        name: values[kept]
-        if np.array_equal(at[name], np.arange(n))
-        else CubicSpline(np.arange(n), values)(at[name][kept])
-        for name, values in channels.items()
-    }
+    kept = slice(first, min(n, *(np.searchsorted(places, n - 1, side="right") for places in at.values())))
+    moved = {name: values[kept] for name, values in channels.items()}
+    for name in {*clock, *delay}:
+        moved[name] = CubicSpline(np.arange(n), channels[name])(at[name][kept])
     tilt = None if record.tilt is None else record.tilt[kept]
     start = record.start if first == 0 else None
     return record.replace(force=record.force[kept], tilt=tilt, start=start, kinds=kinds, **moved)
 
 
+def _is_none(names):
+    return isinstance(names, (tuple, list)) and not names
+
+
+def _by_channel(what, given, record, check):
+    """A dict with something of each channel, checked."""
+    if given is None:
+        return {}
+    given = checks.instance(what, given, dict, "a dict by channel")
+    return {
+        checks.one_of(f"channel of {what}", name, tuple(record.kinds)): check(f"{what} of {name}", value)
+        for name, value in given.items()
+    }
+
+
 def _without(values, places):
     """The channel with some samples replaced by straight lines between their neighbours."""
     good = np.setdiff1d(np.arange(values.size), places)
+    if not good.size:
+        raise ValueError(f"spikes are all {values.size} samples; expected fewer")
     return np.interp(np.arange(values.size), good, values[good])

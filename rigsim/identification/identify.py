@@ -208,7 +208,7 @@ def _refuse_endless(record, block_rows, band):
 
 
 def _checked_terms(terms):
-    terms = checks.one_or_many("terms", terms, Term, "a Term") if terms != () else ()
+    terms = () if isinstance(terms, (tuple, list)) and not terms else checks.one_or_many("terms", terms, Term, "a Term")
     names = [*physical.NAMES, *(term.name for term in terms)]
     for name in names:
         if names.count(name) > 1:
