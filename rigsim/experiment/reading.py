@@ -158,16 +158,9 @@ def _columns(path, contents, channels, one_sensor, notes):
     for role in [*needed, "time", "tilt"]:
         if role in found or (channels and role == "tilt"):
             continue
-        meant = _meant(names, role)
-        if len(meant) > 1 and role == "time":
-            meant = [index for index in meant if "date" not in names[index].lower()][:1] or meant[:1]
-        if len(meant) > 1:
-            several = ", ".join(reprlib.repr(names[index]) for index in meant[:_SHOWN])
-            raise ValueError(
-                f"{path} names the channel {role} {len(meant)} times ({several}); expected channels= to say which"
-            )
-        if meant:
-            found[role] = meant[0]
+        index = _only(path, contents, names, role)
+        if index is not None:
+            found[role] = index
     missing = [role for role in needed if role not in found]
     if missing:
         held = ", ".join(
@@ -190,6 +183,22 @@ def _columns(path, contents, channels, one_sensor, notes):
     if unused and not channels:
         notes.append(f"without {', '.join(unused[:_SHOWN])}")
     return found
+
+
+def _only(path, contents, names, role):
+    """Number of the one column that must be a channel, None where there is none."""
+    meant = _meant(names, role)
+    if role == "time":
+        first = {index: contents.columns[index].first for index in meant}
+        # Of a column without instants nothing is learnt; of several those of the clock rather than of the day.
+        meant = [index for index in meant if any(first[index]) or not first[index]]
+        meant = [index for index in meant if "date" not in names[index].lower()][:1] or meant[:1]
+    if len(meant) > 1:
+        several = ", ".join(reprlib.repr(names[index]) for index in meant[:_SHOWN])
+        raise ValueError(
+            f"{path} names the channel {role} {len(meant)} times ({several}); expected channels= to say which"
+        )
+    return meant[0] if meant else None
 
 
 def _named(path, names, role, wanted):
