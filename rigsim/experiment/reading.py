@@ -97,23 +97,32 @@ def fields_of(path, hold=None, channels=None, units=None, sample_rate=None):
         one_sensor = "mass" not in channels if channels else isinstance(kinds, dict) and "mass" not in kinds
         found = _columns(path, contents, channels, one_sensor, notes)
         scales, assumed, said_kinds = _scales(path, contents, details, found, units, notes)
-        values = dict(zip(found, contents.values(list(found.values())), strict=True))
-        place = lambda name, sample: contents.place(found[name], sample)  # noqa: E731
-    count = details.pop("samples", values["force"].size)
-    for name, one in values.items():
-        if one.size != count:
+        intervals = sorted({contents.columns[index].interval for index in found.values()} - {None})
+        names, sizes = {index: name for name, index in found.items()}, {}
+
+        def used(index, one):
+            """A channel in SI; the instants are held against all else and then gone, which a long record needs."""
+            name, place = names[index], lambda sample: contents.place(index, sample)
+            sizes[name] = one.size
+            if scales[name] != 1.0:
+                one *= scales[name]
+            _finite(path, name, one, place)
+            if name != "time":
+                return one
+            if one.size == details.get("samples", one.size):
+                told = details, intervals, sample_rate, one, notes
+                details["sample_rate"] = clock.rate(path, *told, assumed="time" in assumed, place=place)
+            return None
+
+        values = dict(zip(found, contents.values(list(found.values()), used), strict=True))
+    count = details.pop("samples", sizes["force"])
+    for name, size in sizes.items():
+        if size != count:
             told = "as the file or its force says"
-            raise ValueError(f"{name} in {path} has {one.size} samples; expected {count}, {told}")
-        if scales[name] != 1.0:
-            one *= scales[name]
-        _finite(path, name, one, place)
-    rates = {
-        column.interval for name, column in ((n, contents.columns[i]) for n, i in found.items()) if column.interval
-    }
-    details["sample_rate"] = clock.rate(
-        path, details, sorted(rates), sample_rate, values.pop("time", None), notes,
-        assumed="time" in assumed, place=lambda sample: place("time", sample),
-    )  # fmt: skip
+            raise ValueError(f"{name} in {path} has {size} samples; expected {count}, {told}")
+    if "time" not in found:
+        details["sample_rate"] = clock.rate(path, details, intervals, sample_rate, None, notes)
+    values.pop("time", None)
     details["hold"] = _hold(path, details.get("hold"), hold)
     details["kinds"] = said_kinds
     for one in values.values():
@@ -149,16 +158,9 @@ def _columns(path, contents, channels, one_sensor, notes):
     for role in [*needed, "time", "tilt"]:
         if role in found or (channels and role == "tilt"):
             continue
-        meant = _meant(names, role)
-        if len(meant) > 1 and role == "time":
-            meant = [index for index in meant if "date" not in names[index].lower()][:1] or meant[:1]
-        if len(meant) > 1:
-            several = ", ".join(reprlib.repr(names[index]) for index in meant[:_SHOWN])
-            raise ValueError(
-                f"{path} names the channel {role} {len(meant)} times ({several}); expected channels= to say which"
-            )
-        if meant:
-            found[role] = meant[0]
+        index = _only(path, contents, names, role)
+        if index is not None:
+            found[role] = index
     missing = [role for role in needed if role not in found]
     if missing:
         held = ", ".join(
@@ -181,6 +183,22 @@ def _columns(path, contents, channels, one_sensor, notes):
     if unused and not channels:
         notes.append(f"without {', '.join(unused[:_SHOWN])}")
     return found
+
+
+def _only(path, contents, names, role):
+    """Number of the one column that must be a channel, None where there is none."""
+    meant = _meant(names, role)
+    if role == "time":
+        first = {index: contents.columns[index].first for index in meant}
+        # Of a column without instants nothing is learnt; of several those of the clock rather than of the day.
+        meant = [index for index in meant if any(first[index]) or not first[index]]
+        meant = [index for index in meant if "date" not in names[index].lower()][:1] or meant[:1]
+    if len(meant) > 1:
+        several = ", ".join(reprlib.repr(names[index]) for index in meant[:_SHOWN])
+        raise ValueError(
+            f"{path} names the channel {role} {len(meant)} times ({several}); expected channels= to say which"
+        )
+    return meant[0] if meant else None
 
 
 def _named(path, names, role, wanted):
@@ -281,8 +299,7 @@ def _finite(path, name, values, place):
     sample = int(np.argmin(np.isfinite(values)))
     unit = UNITS.get(name, "s")
     raise ValueError(
-        f"{path}: {name}[{sample}] = {values[sample]} {unit} is not allowed; expected a finite number ("
-        f"{place(name, sample)})"
+        f"{path}: {name}[{sample}] = {values[sample]} {unit} is not allowed; expected a finite number ({place(sample)})"
     )
 
 

@@ -72,7 +72,19 @@ def quoted(text):
 
 
 MM = [T, F, 1e3 * S, 1e3 * M]
+LVM = (
+    "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\nX_Columns\tOne\nDate\t2026/03/02\n"
+    "***End_of_Header***\t\n\t\nChannels\t3\t\t\t\nSamples\t150\t150\t150\t\nY_Unit_Label\tN\tmm\tmm\t\n"
+    "X_Dimension\tTime\tTime\tTime\t\nX0\t0,0E+0\t0,0E+0\t0,0E+0\t\nDelta_X\t0,0005\t0,0005\t0,0005\t\n"
+    "***End_of_Header***\t\t\t\t\nX_Value\tForce\tShaker\tMass\tComment\n"
+)
+MULTI = LVM.replace("Label\tN\tmm\tmm", "Label\tN\t\tmm\t\tmm").replace(
+    "\tShaker\tMass", "\tX_Value\tShaker\tX_Value\tMass"
+)
 TEXTS = {
+    "LabVIEW": LVM + rows("\t", ",", MM),
+    "LabVIEW without time": LVM + "\t" + rows("\t", ",", MM[1:]).replace("\n", "\n\t")[:-1],
+    "LabVIEW, a time for each": MULTI + rows("\t", ",", [T, F, T, 1e3 * S, T, 1e3 * M]),
     "names in the first line": NAMES + rows(columns=TIMED),
     "catman": "HBM catman\nSample rate:\t2000 Hz\n\nTime\tForce\tShaker\tMass\ns\tN\tmm\tmm\n" + rows("\t", ",", MM),
     "catman's own time": "Zeit  1 - Messrate [s]\tKraft [N]\tShaker [mm]\tMass [mm]\n" + rows("\t", ",", MM),
@@ -316,6 +328,9 @@ def test_matrices_are_columns_and_strangers_are_left_out(tmp_path):
     refused(path, None, "variable 'mass': Object arrays cannot be loaded")
     np.savez(path, force=np.fft.fft(F), shaker=S, mass=M, fs=2000.0)
     refused(path, None, "'force' holds no real numbers")
+    dates = np.datetime64("2026-03-02") + (T * 1e9).astype("timedelta64[ns]")
+    np.savez(path, force=F, shaker=S, mass=M, time=dates)
+    same(read(path)[0])
     np.savez(path, force=F, shaker=S, mass=M)
     refused(path, None, "has no sample rate; expected sample_rate=")
     same(read(path, sample_rate=2000)[0])

@@ -79,8 +79,8 @@ def _contents(path, answer, size, form):
     notes = said.pop("notes", [])
     details = json_details.parse(said["rigsim_record"], f"rigsim_record in {path}") if own else said
 
-    def values(indices):
-        """Samples of the columns, which come one after the other."""
+    def values(indices, use=None):
+        """What ``use`` makes of the samples of columns, which come one after the other."""
         found = {}
         for index, column in enumerate(columns):
             if column.why:
@@ -95,7 +95,7 @@ def _contents(path, answer, size, form):
             if answer.readinto(samples.view("u1")) != samples.nbytes:
                 raise ValueError(f"{told}: reading it ended early")
             if index in indices:
-                found[index] = samples
+                found[index] = use(index, samples)
             if len(found) == len(indices) and indices:
                 break
         return [found[index] for index in indices]

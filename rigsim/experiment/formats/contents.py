@@ -19,8 +19,9 @@ class Column:
 class Contents:
     """Columns of an open file, and what else it says.
 
-    ``values(indices)`` reads columns (a list of float arrays of its own, stamps in s), once; ``place(column, sample)``
-    names a sample as a person finds it; ``count()`` says how many samples a column has that does not know.
+    ``values(indices, use)`` reads columns, once, and lists what ``use(index, array)`` makes of each (an array of its
+    own, stamps in s); ``place(column, sample)`` names a sample as a person finds it; ``count()`` says how many samples
+    a column has that does not know.
     """
 
     form: str

@@ -163,8 +163,8 @@ class _Text:
         """Where a sample stands."""
         return f"row {sample + 1} of numbers" if self.gaps else f"line {self.start + 1 + sample}, column {column + 1}"
 
-    def values(self, indices):
-        """Samples of those columns, and the text of stamps as seconds."""
+    def values(self, indices, use):
+        """What ``use`` makes of the samples of those columns; those of stamps are seconds."""
         per_row = max(np.mean([len(line) for line in self.lines[self.start :]]), 2)
         room = int(1.02 * self._size / per_row) + 1000
         found, count, self.cut = [np.empty(room) for _ in indices], 0, None
@@ -183,7 +183,7 @@ class _Text:
             raise self.fault(self.start + 1, "no samples follow; expected a line a sample")
         if self.cut and "samples" in self.said and self.layout.separator == ",":
             raise self.fault(self.cut, "the file is cut off here; expected the end of a line")
-        return found
+        return [use(index, found.pop(0)) for index in indices]
 
 
 def _blank(line):

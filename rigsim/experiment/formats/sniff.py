@@ -129,12 +129,12 @@ def _named(lines, separator, decimal, start, first):
     width = len(first)
     numbered = [line.strip() for line in _COUNT.findall("\n".join(lines[start : start + 2]))] == ["1", "2"]
     above, odd, at = [], 0, start - 1
-    while at >= 0 and len(above) < 16 and odd < 3:
+    while at >= 0 and len(above) < 16 and odd < 8:
         row = _header_cells(lines[at], separator, first, numbered)
         if row is not None:
             above.append((at, row))
         elif lines[at].strip():  # a remark between names and samples, or what stands above all
-            odd += 1 if not any(not _are_units(cells) for _, cells in above) else 3
+            odd += 1
         at -= 1
     units = next((row for _, row in above if _are_units(row)), [""] * width)
     units = ["" if "unit" in cell.casefold() else cell for cell in units]
@@ -157,6 +157,8 @@ def _header_cells(line, separator, first, numbered):
             row = row[:-1]
         if len(row) == width + 1 and _LABEL.match(row[0]):
             row = row[1:]
+        if len(row) == width + 1 and row[-1].casefold() == "comment":  # LabVIEW's, which few rows have
+            row = row[:-1]
         if len(row) == width - 1 and not first[-1]:
             row = [*row, ""]
         if len(row) == width - 1 and numbered:

@@ -54,6 +54,7 @@ def answer(reader, file, out, most):
     """Write the header to ``out``, then the samples; whatever happens, a header."""
     try:
         found, said = reader.contents(file, most)
+        found.sort(key=lambda one: one.name.casefold() != "time")  # which is used up before the others come
         header = {"columns": [[one.name, one.samples, one.unit, one.interval, one.why] for one in found], "said": said}
         text = json.dumps(header).encode("utf-8", "backslashreplace")
     except BaseException as error:

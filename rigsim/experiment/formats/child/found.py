@@ -58,6 +58,10 @@ def flat(named, before="", depth=0):
 
 def columns(name, array):
     """`Found` of an array: itself, or its columns (or rows, where those are longer)."""
+    if array.dtype.kind in "mM":
+        array = np.ravel(array)
+        seconds = (array - array[:1]) / np.timedelta64(1, "s")
+        return [Found(name, seconds.size, lambda: seconds, "s")]
     if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
         return [Found(name, 0, None, why=f"variable {name!r} holds no real numbers of at most 8 bytes; expected such")]
     array = np.squeeze(array)
