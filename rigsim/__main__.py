@@ -193,7 +193,7 @@ def _identify(args):
         print(f"rigsim: {_words(error)}", file=sys.stderr)
         return 1
     for sentence in guessed:
-        print(f"rigsim: guessed: {sentence}", file=sys.stderr)
+        print(f"rigsim: {sentence}", file=sys.stderr)
     print(found.summary())
     print(found.table().drop(columns="meaning", errors="ignore").to_string())
     print(f"rigsim: the page is ready: open {page}")

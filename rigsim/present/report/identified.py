@@ -145,7 +145,7 @@ def _record(page, record, guessed):
     page.section("The record")
     page.text(record.summary() + ".")
     if guessed:
-        page.text("Guessed, since the file does not say it:")
+        page.text("How the file was read:")
         page.items(guessed)
     page.table(record.table())
     page.figure(record.plot())
