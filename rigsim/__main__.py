@@ -216,8 +216,7 @@ def _pairs(texts):
     wrong = [pair for pair in pairs if not re.match(r"\w+=.", pair)]
     if wrong:
         raise environment.SetupError(f"{wrong[0]!r} is not allowed; expected NAME=..., such as force=Ch1,shaker=Ch2")
-    found = (pair.partition("=")[::2] for pair in pairs)
-    return {name: int(value) if value.isdecimal() else value for name, value in found}
+    return dict(pair.partition("=")[::2] for pair in pairs)
 
 
 if __name__ == "__main__":
