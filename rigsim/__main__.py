@@ -193,7 +193,7 @@ def _identify(args):
         print(f"rigsim: {_words(error)}", file=sys.stderr)
         return 1
     for sentence in guessed:
-        print(f"rigsim: guessed: {sentence}", file=sys.stderr)
+        print(f"rigsim: {sentence}", file=sys.stderr)
     print(found.summary())
     print(found.table().drop(columns="meaning", errors="ignore").to_string())
     print(f"rigsim: the page is ready: open {page}")
@@ -216,8 +216,7 @@ def _pairs(texts):
     wrong = [pair for pair in pairs if not re.match(r"\w+=.", pair)]
     if wrong:
         raise environment.SetupError(f"{wrong[0]!r} is not allowed; expected NAME=..., such as force=Ch1,shaker=Ch2")
-    found = (pair.partition("=")[::2] for pair in pairs)
-    return {name: int(value) if value.isdecimal() else value for name, value in found}
+    return dict(pair.partition("=")[::2] for pair in pairs)
 
 
 if __name__ == "__main__":

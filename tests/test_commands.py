@@ -490,7 +490,7 @@ def test_identify_errors_are_lines(own_record, tmp_path, capsys, arguments, word
 
 def test_columns_and_units_are_passed_on_as_they_are_called():
     given = [["force=Ch1, raw [N],shaker=2", "mass=a=b"], ["time=t"]]
-    assert commands._pairs(given) == {"force": "Ch1, raw [N]", "shaker": 2, "mass": "a=b", "time": "t"}
+    assert commands._pairs(given) == {"force": "Ch1, raw [N]", "shaker": "2", "mass": "a=b", "time": "t"}
 
 
 def test_benchmarks_show_ratios_to_their_unit():

@@ -13,6 +13,8 @@ _LAGS = 0.25  # s
 _SHOWN = 0.4  # s of each stretch of a prediction
 _RESOLVED = 2.0  # s of a block of a spectrum
 _MOST = 400  # points of a line over lags
+_SHOWN_AS = {"m": (1e3, "mm")}  # other units as they are
+_DENSITY_AS = {"m": (1e6, "µm")}
 
 
 def checked(identification):
@@ -27,7 +29,7 @@ def checked(identification):
 
 
 def left_over(identification):
-    """What is left of each recorded output, in m, without its mean: (n, outputs)."""
+    """What is left of each recorded output, in its unit, without its mean: (n, outputs)."""
     modelled = checked(identification).modelled
     left = _recorded(identification) - modelled
     return left - left.mean(axis=0)
@@ -62,7 +64,7 @@ def residual_figure(identification, *, ax=None):
         alt = f"Residuals of the simulated rig: {'; '.join(told)}."
         figure, axes = subplots(3, q, alt=alt, ax=ax, width=9.5, height=8.0, squeeze=False)
         for column, name, rest, output, found in zip(axes.T, _NAMES, left.T, recorded.T, out, strict=False):
-            _draw_spectra(column[0], identification, output, rest)
+            _draw_spectra(column[0], identification, output, rest, record.units[name])
             column[0].set_title(f"{name}: {_share(rest, output)} left", loc="left")
             lags, own, own_band, both, cross, cross_band, *_ = found
             for axis, x, y, band in ((column[1], lags, own, own_band), (column[2], both, cross, cross_band)):
@@ -85,18 +87,19 @@ def _share(rest, output):
     return f"{100 * rest.std() / output.std():.2g} %"
 
 
-def _draw_spectra(axis, identification, output, rest):
+def _draw_spectra(axis, identification, output, rest, unit):
+    scale, unit = _DENSITY_AS.get(unit, (1.0, unit))
     rate = identification.record.sample_rate
     block = min(output.size, int(_RESOLVED * rate))
     frequency, lines = signal.welch(np.column_stack([output, rest]), rate, nperseg=block, axis=0)
-    lines = 1e6 * np.sqrt(lines)
+    lines = scale * np.sqrt(lines)
     floor = np.median(lines[frequency > rate / 4, 0])
     shown = (frequency > 0) & (frequency <= min(4 * identification.frequency[-1], rate / 2))
     axis.semilogy(frequency[shown], lines[shown, 0], color=BLUE, linewidth=1.0, label="recorded")
     axis.semilogy(frequency[shown], lines[shown, 1], color=RED, linewidth=1.0, label="left")
     axis.axhline(floor, color=BLACK, linestyle=":", label="floor of the record")
     axis.axvspan(*identification.frequency[[0, -1]], color=GREY, alpha=0.15, linewidth=0)
-    axis.set(xlabel="frequency [Hz]", ylabel="density [µm/√Hz]", xlim=(0, frequency[shown][-1]))
+    axis.set(xlabel="frequency [Hz]", ylabel=f"density [{unit}/√Hz]", xlim=(0, frequency[shown][-1]))
 
 
 def _correlations(record, rest):
@@ -131,7 +134,8 @@ def prediction_figure(identification, *, ax=None, interval=None):
         If the identification is by one of the paper's readings, or the interval holds fewer than two samples.
     """
     modelled = checked(identification).modelled
-    recorded, time, q = _recorded(identification), identification.record.time, modelled.shape[1]
+    record, recorded, q = identification.record, _recorded(identification), modelled.shape[1]
+    time = record.time
     low, high = (0.5 * time[-1], 0.5 * time[-1] + _SHOWN) if interval is None else checks.pair(
         "interval", interval, "s", low_open=False
     )  # fmt: skip
@@ -147,11 +151,12 @@ def prediction_figure(identification, *, ax=None, interval=None):
         figure, axes = subplots(q, 2, alt=alt, ax=ax, width=9.5, height=0.8 + 2.4 * q, squeeze=False)
         for row, name, output, simulated, rest in zip(axes, _NAMES, recorded.T, modelled.T, left.T, strict=False):
             constant = (output - simulated).mean()  # of the sensor
+            scale, unit = _SHOWN_AS.get(record.units[name], (1.0, record.units[name]))
             for axis, part in zip(row, parts, strict=True):
-                axis.plot(time[part], 1e3 * output[part], color=BLUE, label="recorded")
-                shown = 1e3 * (simulated[part] + constant)
+                axis.plot(time[part], scale * output[part], color=BLUE, label="recorded")
+                shown = scale * (simulated[part] + constant)
                 axis.plot(time[part], shown, color=ORANGE, linestyle="--", label="simulated")
-                axis.set(xlabel="time [s]", ylabel=f"{name} [mm]", xlim=time[part][[0, -1]])
+                axis.set(xlabel="time [s]", ylabel=f"{name} [{unit}]", xlim=time[part][[0, -1]])
             row[1].set_title(f"the end: {_share(rest[last], output[last])} of the last tenth left", loc="left")
         axes[0, 0].legend(loc="upper right")
         outer_labels(axes, ax=ax)

@@ -41,7 +41,7 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
     force : float, optional
         Amplitude (N) at which detached curves are asked for.
     load, settings
-        Options of `Record.load` (a dict) and of `identify`.
+        Options of `Record.load` (a dict; a column's number may be text, where none is called so) and of `identify`.
     progress : bool
         Whether a bar is shown.
 
@@ -68,11 +68,20 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
     begun = time.perf_counter()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
-        record = Record.load(path, **(load or {}))
+        record = Record.load(path, **_loadable(path, **(load or {})))
     guessed = tuple(str(warning.message) for warning in caught if issubclass(warning.category, UserWarning))
     found = identify(record, progress=progress, **settings)
     page = identified_page(found, record, path.name, guessed, force, settings, lambda: time.perf_counter() - begun)
     return found, guessed, write(out, page)
+
+
+def _loadable(path, channels=None, **options):
+    """Options of `Record.load`: columns by name, or by number where a text is one and no column's name."""
+    if not channels:
+        return options
+    names = {row[1] for row in Record.inspect(path).rows} if any(map(str.isdecimal, channels.values())) else ()
+    number = lambda text: int(text) if text.isdecimal() and text not in names else text  # noqa: E731
+    return options | {"channels": {name: number(text) for name, text in channels.items()}}
 
 
 @one_blas_thread
@@ -145,7 +154,7 @@ def _record(page, record, guessed):
     page.section("The record")
     page.text(record.summary() + ".")
     if guessed:
-        page.text("Guessed, since the file does not say it:")
+        page.text("How the file was read:")
         page.items(guessed)
     page.table(record.table())
     page.figure(record.plot())

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from rigsim.identification.identify import identify
 from rigsim.present.figures.residuals import left_over
@@ -54,3 +55,11 @@ def test_the_papers_readings_have_no_simulated_rig():
     for what in ("residuals", "prediction", "parameters"):
         with pytest.raises(ValueError, match="has no simulated rig"):
             paper.plot(what)
+
+
+def test_outputs_have_the_units_of_their_kinds(noisy):
+    record = noisy.record.replace(kinds={"shaker": "displacement", "mass": "acceleration"})
+    other = replace(noisy, record=record)
+    assert [axis.get_ylabel() for axis in other.plot("prediction").axes][::2] == ["shaker [mm]", "mass [m/s^2]"]
+    recorded = other.plot("residuals", ax=Figure().subplots(3, 2))
+    assert [axis.get_ylabel() for axis in recorded.axes[:2]] == ["density [µm/√Hz]", "density [m/s^2/√Hz]"]

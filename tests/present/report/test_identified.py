@@ -117,3 +117,16 @@ def test_what_is_not_allowed_is_found_before_the_work(tmp_path, monkeypatch, rec
         identify_file(tmp_path / "own.csv", tmp_path / "own.csv")
     with pytest.raises(OSError, match="a folder is there"):
         identify_file(tmp_path / "own.csv", tmp_path)
+
+
+def test_columns_are_named_or_counted(tmp_path, monkeypatch, found):
+    monkeypatch.setattr(identified, "identify", lambda record, **_: seen.append(record) or found)
+    seen, table = [], np.random.default_rng(0).standard_normal((50, 4))
+    for name, header in (("words.csv", "Ch A,Ch B,Ch C,Ch D"), ("numbers.csv", "tacho,2,1,0")):
+        np.savetxt(tmp_path / name, table, delimiter=",", header=header, comments="")
+        load = {"channels": {"force": "0", "shaker": "1", "mass": "2"}, "hold": "zero", "sample_rate": 100.0}
+        load["units"] = {"force": "N", "shaker": "m", "mass": "m"}
+        identify_file(tmp_path / name, tmp_path / "out.html", load=load, progress=False)
+    by_number, by_name = seen
+    np.testing.assert_allclose(by_number.force, table[:, 0])
+    np.testing.assert_allclose(by_name.force, table[:, 3])
