@@ -140,14 +140,14 @@ def _asked(name, given, keys, kinds, example):
         raise ValueError(
             f'{name} = {checks.shown(given)} is not allowed; expected a dict such as {{"shaker": "{example}"}}'
         )
+    given = {checks.one_of(f"channel of {name}", key, keys): value for key, value in given.items()}
     for key, value in given.items():
-        checks.one_of(f"channel of {name}", key, keys)
         if not isinstance(value, kinds) or isinstance(value, bool):
             told = f'{name}["{key}"] = {checks.shown(value)}'
             raise ValueError(
                 f"{told} is not allowed; expected a text{'' if kinds is str else ' or the number of a column'}"
             )
-    return dict(given)
+    return given
 
 
 def _columns(path, contents, channels, one_sensor, notes):

@@ -73,7 +73,7 @@ class Record(Result):
     def __post_init__(self):
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         kinds = checked_kinds(self.kinds)
-        set_field("kinds", {name: kind for name, kind in kinds.items() if getattr(self, name) is not None})
+        set_field("kinds", {name: kind for name, kind in kinds.items() if name == "shaker" or self.mass is not None})
         for name in UNITS:
             values = getattr(self, name)
             if values is None and name in ("mass", "tilt"):
@@ -134,7 +134,8 @@ class Record(Result):
     def units(self):
         """Unit of each channel there is, by name."""
         outputs = {name: KINDS[kind] for name, kind in self.kinds.items()}
-        return {name: outputs.get(name, unit) for name, unit in UNITS.items() if getattr(self, name) is not None}
+        there = [name for name in UNITS if name not in ("mass", "tilt") or getattr(self, name) is not None]
+        return {name: outputs.get(name, UNITS[name]) for name in there}
 
     @property
     def relative(self):

@@ -25,7 +25,6 @@ _LOST = re.compile(
     r"\b(lost|loss|overrun|overflow|dropped|dropout|overload\w*|ovld|missing|skipped|gap)\b", re.IGNORECASE
 )
 _LONGEST = 300  # characters of a line that may say something
-_MANY = {"khz": 1e3, "ks": 1e3, "mhz": 1e6, "ms": 1e6}
 _NONE = re.compile(r"\b(0|no|none|false|off|ok)\b", re.IGNORECASE)
 
 

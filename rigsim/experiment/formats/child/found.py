@@ -7,7 +7,6 @@ import numpy as np
 
 _MOST = 512  # columns
 _LONGEST = 1 << 16  # characters of a text
-_TEXTS = ("hold", "rigsim_record")
 
 
 @dataclass
