@@ -128,7 +128,7 @@ def fields_of(path, hold=None, channels=None, units=None, sample_rate=None):
     for one in values.values():
         one.flags.writeable = False  # so a record need not copy it
     if notes:
-        warnings.warn(f"{path.name}: read {'; '.join(notes)} (guessed)", GuessWarning, stacklevel=4)
+        warnings.warn(f"{path.name}: read {'; '.join(notes)} (guessed)", GuessWarning, stacklevel=3)
     return {"mass": None} | values | details
 
 
