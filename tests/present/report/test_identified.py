@@ -31,6 +31,12 @@ def found(record):
     return identify(record)
 
 
+@pytest.fixture
+def quick(monkeypatch):
+    """Leaves out figures, which take most of the time."""
+    monkeypatch.setattr(identified._Page, "figure", lambda *_: None)
+
+
 def soup_of(page):
     return BeautifulSoup(page, "html.parser")
 
@@ -51,6 +57,7 @@ def test_page_has_every_section_and_its_figures_say_what_is_seen(found, record):
     assert len(ids) == len(set(ids)) and not soup.find("a", href="index.html")
 
 
+@pytest.mark.usefixtures("quick")
 def test_troubles_are_told_by_what_became_of_them(found, record):
     trouble = Trouble("delay", "mass is late", {"delay": {"mass": 1e-3}})
     changed = replace(
@@ -74,6 +81,7 @@ def test_a_record_that_no_rig_repeats_has_a_page_too():
     assert headings == [*SECTIONS, *LINEAR] and "doubtful" in soup.text and "no intervals" in soup.text
 
 
+@pytest.mark.usefixtures("quick")
 def test_nothing_that_a_file_says_is_html(tmp_path, monkeypatch, record, found):
     odd = "<script>alert('1')<\N{DIVISION SLASH}script> & \"x\" #?%41 é.csv"
     record.save(tmp_path / odd)
@@ -92,6 +100,7 @@ def test_nothing_that_a_file_says_is_html(tmp_path, monkeypatch, record, found):
     assert "default-src 'none'" in policy and "unsafe-inline'; script-src 'sha256-" in policy
 
 
+@pytest.mark.usefixtures("quick")
 def test_page_is_named_after_the_record_and_written_whole_or_not_at_all(tmp_path, monkeypatch, record, found):
     record.save(tmp_path / "own.csv")
     monkeypatch.chdir(tmp_path)
@@ -119,6 +128,7 @@ def test_what_is_not_allowed_is_found_before_the_work(tmp_path, monkeypatch, rec
         identify_file(tmp_path / "own.csv", tmp_path)
 
 
+@pytest.mark.usefixtures("quick")
 def test_columns_are_named_or_counted(tmp_path, monkeypatch, found):
     monkeypatch.setattr(identified, "identify", lambda record, **_: seen.append(record) or found)
     seen, table = [], np.random.default_rng(0).standard_normal((50, 4))
