@@ -102,9 +102,10 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
             found, mended = _brought_together(found, record, report, reading)
         trust = found.trust
         if conversion == "force" and trust.fit and trust.mended and not trust.fit.settled:
-            other = _read(trust.record, report, **reading)  # it went astray before the record was mended
+            taken = [*mended, *trust.mended]
+            other = _read(trust.record, report, taken=taken, **reading)  # it went astray before the mend
             if other.trust.left.max() < trust.left.max():
-                found, mended = other, [*mended, *trust.mended]
+                found, mended = other, taken
         report(_STEPS)
     told = channel_troubles(record, band, order)
     return found.told(record, told, mended, noise)
@@ -117,7 +118,7 @@ def _brought_together(found, record, report, reading):
         if not all(trouble.mend for trouble in troubles):
             mended = troubles
         elif troubles or guess is not None:
-            other = _read(together, report, guess=guess, **reading)
+            other = _read(together, report, guess=guess, taken=troubles, **reading)
             if other.trust.left.max() < least:
                 found, mended, least = other, troubles, other.trust.left.max()
     trust = found.trust
@@ -177,7 +178,7 @@ class _Read:
         )  # fmt: skip
 
 
-def _read(record, report, order, block_rows, band, conversion, terms, guess=None):
+def _read(record, report, order, block_rows, band, conversion, terms, guess=None, taken=()):
     """Steps 1 to 6 of `identify`; ``guess`` are ms, ks, cs, m, c, k1 from elsewhere."""
     frequency = frequencies(band, record.sample_rate)
     singular_values, inputs, model, noise, unexplained = _model(record, order, block_rows, band, report)
@@ -188,7 +189,7 @@ def _read(record, report, order, block_rows, band, conversion, terms, guess=None
         fraction, values, misfit = _fit(frequency, extended, weight)
         report(6)
         starts = [values] if guess is None else [values, np.append(guess, 0.0), np.append(guess, values[6])]
-        trust = trusted(record, starts, band, terms)
+        trust = trusted(record, starts, band, terms, taken=taken)
     else:
         fraction, values, misfit = _paper_s_fit(frequency, extended)
     return _Read(conversion, singular_values, model, unexplained, frequency, extended, fraction, values, misfit, trust)

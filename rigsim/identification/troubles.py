@@ -19,6 +19,7 @@ _EXPLAINS = 0.05  # of what is left, at least
 _ALIKE = 1e-8  # of a column's squares, beside those of the parameters
 _AT_ONCE = 10  # terms, for the memory's sake
 NAMES = ("shaker", "mass")
+_GROUPS = ((0, 1), (0,), (1,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +106,8 @@ def candidates(fit, record, reach):
     rate = record.sample_rate
     motion = fit.modelled - fit.modelled.mean(axis=0)
     velocity = np.gradient(motion, 1 / rate, axis=0)
-    yield from _timing(motion, velocity, rate)
+    yield from timing(fit, record)
+    yield from _filters(motion, velocity, rate)
     for one, other in ((0, 1), (1, 0)):
         yield from _sensor(motion, record.force - record.force.mean(), one, other)
     yield from _terms(fit, motion, velocity, reach)
@@ -131,17 +133,24 @@ def _of(which, column):
     return column * np.isin((0, 1), which)
 
 
-def _timing(motion, velocity, rate):
+def timing(fit, record):
+    """Delays and clocks of both outputs and of each, a `Candidate` each."""
+    motion, rate = fit.modelled - fit.modelled.mean(axis=0), record.sample_rate
+    velocity = np.gradient(motion, 1 / rate, axis=0)
     time = np.arange(len(motion))[:, None] / rate
-    for which in ((0, 1), (0,), (1,)):
+    for which in _GROUPS:
         names = tuple(NAMES[output] for output in which)
         delayed = lambda size, names=names: delay_of(names, size, rate)  # noqa: E731
         drifted = lambda size, names=names: clock_of(names, 1e6 * size)  # noqa: E731
         for kind, column, made in (("delay", -velocity, delayed), ("clock", velocity * time, drifted)):
             told = lambda size, made=made: made(size).message  # noqa: E731
             yield Candidate(kind, _of(which, column), told, lambda size, made=made: made(size).mend)
-        said = " and ".join(names)
-        total, curve = np.cumsum(motion, axis=0) / rate, np.gradient(velocity, 1 / rate, axis=0)
+
+
+def _filters(motion, velocity, rate):
+    total, curve = np.cumsum(motion, axis=0) / rate, np.gradient(velocity, 1 / rate, axis=0)
+    for which in _GROUPS:
+        said = " and ".join(NAMES[output] for output in which)
         coupled = lambda size, said=said: f"{said} looks AC coupled, at {abs(size) / (2 * np.pi):.2g} Hz"  # noqa: E731
         yield Candidate("AC coupling", _of(which, -total), coupled)
         smoothed = lambda size, said=said: (  # noqa: E731

@@ -15,7 +15,7 @@ from .channels import breaks, spikes
 from .likelihood import FitError, Lines, fit
 from .simulate import Run, Structure, simulate
 from .terms import CUBIC, LINEAR
-from .troubles import NAMES, Trouble, candidates, clock_of, delay_of, suspected
+from .troubles import NAMES, Trouble, candidates, clock_of, delay_of, suspected, timing
 from .uncertainty import uncertainty
 
 MASSES = ("ms", "m")
@@ -178,11 +178,12 @@ def _read_otherwise(reading):
     return Trouble("quantity" if reading.power or reading.base else "order", "; ".join(said), mend)
 
 
-def trusted(record, starts, band, terms=(), sensitive=False):
+def trusted(record, starts, band, terms=(), sensitive=False, taken=()):
     """`Trust` in a record of displacements.
 
     ``starts`` are some ms, ks, cs, m, c, k1, k3 to start from. A motion may be so ``sensitive`` that it cannot be
     foretold from its first state: then it is cut into parts, each with a first state of its own.
+    ``taken`` are troubles that the record had before it was brought together.
     """
     structure = Structure(MASSES, (*LINEAR, CUBIC, *terms), tuple((i, "displacement") for i in range(2)), (1.0, 0.0))
     lines = Lines(record.sample_rate, record.force.size, band)
@@ -202,13 +203,13 @@ def trusted(record, starts, band, terms=(), sensitive=False):
         cure = None
         if not parts and not (found and found[0].explains > _MOST):
             cure = _cure(record, best.freed(_given(structure, record, begins)[0] - best.modelled), begins, mended)
-        timing = (
-            [] if cure or len(begins) > 1 else [trouble for trouble in found[:1] if _mendable(trouble, best, record)]
-        )
+        late = []
+        if not cure and len(begins) == 1:
+            late = [trouble for trouble in found[:1] if _mendable(trouble, best, record)]
         if cure:
             trouble, cured, anew = cure
-        elif timing:
-            (trouble,), anew = timing, begins
+        elif late:
+            (trouble,), anew = late, begins
             cured = record.realigned(**trouble.mend)
         else:
             break
@@ -222,10 +223,15 @@ def trusted(record, starts, band, terms=(), sensitive=False):
         best, record, begins = again, cured, anew
         mended.append(trouble)
     lines = Lines(record.sample_rate, record.force.size, band)
-    return Trust(
-        best, lines, uncertainty(best, lines), mended, found, record, _force_share(best, lines, record),
-        _left(best, lines),
-    )  # fmt: skip
+    sure = uncertainty(best, lines, _estimated(best, record, [*taken, *mended]))
+    share = _force_share(best, lines, record)
+    return Trust(best, lines, sure, mended, found, record, share, _left(best, lines))
+
+
+def _estimated(fitted, record, mended):
+    """Columns of the delays and clocks that were taken from a record, whose own errors the parameters share."""
+    known = {(trouble.name, tuple(trouble.mend.get(trouble.name, ()))) for trouble in mended}
+    return [one.column for one in timing(fitted, record) if (one.name, tuple(one.mend(1.0)[one.name])) in known]
 
 
 def _left(fitted, lines):
@@ -268,7 +274,7 @@ def _states(run, outputs):
 
 def _mendable(trouble, best, record):
     """Whether a delay or a clock is sure and matters, and no larger than a linear step tells."""
-    if trouble.name not in _MENDABLE or trouble.explains < _MOST / 2:
+    if trouble.name not in _MENDABLE:
         return False
     near = trouble.name == "clock" or abs(trouble.size) * record.sample_rate < _FAR
     return near and (np.abs(trouble.shift) > _MATTERS * np.abs(best.values)).any()

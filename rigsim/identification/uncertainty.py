@@ -36,23 +36,27 @@ class Uncertainty:
     disagreement: np.ndarray
 
 
-def uncertainty(fit, lines):
-    """`Uncertainty` of a fit, from the lines of its columns and of what it leaves."""
-    own, weights = lines(fit.columns), noise_weights(fit.left)
-    p = own.shape[-1]
+def uncertainty(fit, lines, beside=()):
+    """`Uncertainty` of a fit, from the lines of its columns and of what it leaves.
+
+    ``beside`` are columns (n, q) of what else was estimated, as the delay that was taken from a record.
+    """
+    own = np.concatenate([lines(fit.columns), *(lines(fit.freed(column))[..., None] for column in beside)], axis=-1)
+    weights, p, count = noise_weights(fit.left), own.shape[-1], fit.values.size
     weighted = np.einsum("lij,bljp->blip", weights, own)
     inverted = inverse((weighted.reshape(-1, p).conj().T @ own.reshape(-1, p)).real)
     # Outputs that share a noise, as that of an unknown force, say less than two would.
     shared = np.einsum("blip,lij,bljq->pq", weighted.conj(), _spectra(fit.left), weighted, optimize=True).real
     covariance = inverted @ shared @ inverted
-    error = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    pulls = np.einsum("blip,bli->blp", weighted.conj(), fit.left).real @ inverted
+    error = np.sqrt(np.maximum(np.diag(covariance)[:count], 1e-300))
+    pulls = np.einsum("blip,bli->blp", weighted.conj(), fit.left).real @ inverted[:, :count]
     disagreement = np.maximum(*(_disagreement(pulls, axis, error) for axis in (0, 1)))
-    plain = own / np.sqrt(np.mean(np.abs(fit.left) ** 2, axis=(0, 1)))[:, None]
-    bound = np.sqrt(np.diag(inverse((plain.reshape(-1, p).conj().T @ plain.reshape(-1, p)).real)))
+    plain = own[..., :count] / np.sqrt(np.mean(np.abs(fit.left) ** 2, axis=(0, 1)))[:, None]
+    plain = plain.reshape(-1, count)
+    bound = np.sqrt(np.diag(inverse((plain.conj().T @ plain).real)))
     quantile = np.where(disagreement > 1, stats.t.ppf(0.975, _PARTS - 1), stats.norm.ppf(0.975))
     grown = error * disagreement
-    covariance = covariance * np.outer(disagreement, disagreement)
+    covariance = covariance[:count, :count] * np.outer(disagreement, disagreement)
     return Uncertainty(covariance, grown, quantile * grown, bound, disagreement)
 
 
