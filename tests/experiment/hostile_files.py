@@ -293,6 +293,9 @@ def work(kind, numbers, forms, folder, say):
         Alarms(kind),
         Opened(folder / "secrets"),
     )
+    if kind in BINARY and sys.platform == "linux":  # as the process that reads has it, and some for this one's own
+        most = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize() + 400_000_000
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
     for number in numbers:
         path = folder / f"{number}{KINDS[kind]}"
         path.write_bytes(content(kind, number, forms))
