@@ -37,21 +37,38 @@ class Term:
         return found
 
 
-def power(exponent, signed=False):
+@dataclass(frozen=True)
+class Power:
     """phi(r) = r^exponent, or |r|^exponent with the sign of r."""
-    if signed:
-        return lambda r: np.sign(r) * np.abs(r) ** exponent
-    return lambda r: r**exponent
+
+    exponent: float
+    signed: bool = False
+
+    def __call__(self, r):
+        """Of an array."""
+        return np.sign(r) * np.abs(r) ** self.exponent if self.signed else r**self.exponent
 
 
-def gap(width):
+@dataclass(frozen=True)
+class Gap:
     """phi(r) of a spring that is met at r = width on either side (m)."""
-    return lambda r: np.sign(r) * np.maximum(np.abs(r) - width, 0.0)
+
+    width: float
+
+    def __call__(self, r):
+        """Of an array."""
+        return np.sign(r) * np.maximum(np.abs(r) - self.width, 0.0)
 
 
-def friction(speed):
-    """phi(r') of dry friction: its sign, smoothed over a ``speed`` (m/s)."""
-    return lambda r: np.tanh(r / speed)
+@dataclass(frozen=True)
+class Friction:
+    """phi(r') of dry friction: its sign, smoothed over a speed (m/s)."""
+
+    speed: float
+
+    def __call__(self, r):
+        """Of an array."""
+        return np.tanh(r / self.speed)
 
 
 LINEAR = (
@@ -60,4 +77,4 @@ LINEAR = (
     Term("c", (0, 1), of="velocity", unit="N s/m"),
     Term("k1", (0, 1)),
 )
-CUBIC = Term("k3", (0, 1), power(3), unit="N/m^3")
+CUBIC = Term("k3", (0, 1), Power(3), unit="N/m^3")

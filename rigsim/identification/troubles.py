@@ -12,7 +12,7 @@ import numpy as np
 
 from .likelihood import inverse, noise_weights
 from .simulate import simulate
-from .terms import Term, friction, power
+from .terms import Friction, Power, Term
 
 _SURE = 7.0  # standard errors
 _EXPLAINS = 0.05  # of what is left, at least
@@ -182,11 +182,11 @@ def _library(motion, velocity):
         direction = Term("", between).direction(2)
         far, speed = np.abs(motion @ direction).max(), velocity @ direction
         quick, tag = np.abs(speed).max(), "".join(map(str, between))
-        yield Term(f"k2_{tag}", between, power(2), unit="N/m^2"), f"a quadratic spring {where}", far
-        yield Term(f"k3_{tag}", between, power(3), unit="N/m^3"), f"a cubic spring {where}", far
-        yield Term(f"k5_{tag}", between, power(5), unit="N/m^5"), f"a quintic spring {where}", far
-        yield Term(f"mu_{tag}", between, friction(0.1 * speed.std()), "velocity", "N"), f"dry friction {where}", quick
-        yield Term(f"c3_{tag}", between, power(3), "velocity", "N s^3/m^3"), f"cubic damping {where}", quick
+        yield Term(f"k2_{tag}", between, Power(2), unit="N/m^2"), f"a quadratic spring {where}", far
+        yield Term(f"k3_{tag}", between, Power(3), unit="N/m^3"), f"a cubic spring {where}", far
+        yield Term(f"k5_{tag}", between, Power(5), unit="N/m^5"), f"a quintic spring {where}", far
+        yield Term(f"mu_{tag}", between, Friction(0.1 * speed.std()), "velocity", "N"), f"dry friction {where}", quick
+        yield Term(f"c3_{tag}", between, Power(3), "velocity", "N s^3/m^3"), f"cubic damping {where}", quick
         yield Term(f"k_{tag}", between, unit="N/m"), f"a linear spring {where}", far
         yield Term(f"c_{tag}", between, None, "velocity", "N s/m"), f"a linear damper {where}", quick
 

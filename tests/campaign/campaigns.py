@@ -14,7 +14,7 @@ import threading
 import time
 import warnings
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import closing
+from contextlib import closing, suppress
 
 import numpy as np
 
@@ -91,8 +91,10 @@ def end(how, times, file, pool, seed):
     for _ in range(int(times)):
         child = os.fork()
         if not child:
-            os.setsid()
+            os.setpgid(0, 0)
             ended(file, count, pool)
+        with suppress(OSError):  # whoever comes first, as shells do it
+            os.setpgid(child, child)
         time.sleep(chance.uniform(0.0, 0.15))
         begun = time.monotonic()
         if how == "SIGINT":

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rigsim.identification.simulate import Run, Structure, simulate
-from rigsim.identification.terms import CUBIC, LINEAR, Term, friction, gap, power
+from rigsim.identification.terms import CUBIC, LINEAR, Friction, Gap, Power, Term
 from rigsim.parameters import RigParameters
 from tests.identification.cubic import band_limited_record, cubic_record
 
@@ -47,7 +47,7 @@ def test_what_long_steps_lose_falls_with_their_fourth_power():
 
 def test_derivatives_are_those_of_the_motion():
     record = cubic_record(duration=3, rms=2)
-    terms = (*RIG.terms, Term("mu", (0,), friction(0.02), "velocity"), Term("g", (1,), gap(2e-5)))
+    terms = (*RIG.terms, Term("mu", (0,), Friction(0.02), "velocity"), Term("g", (1,), Gap(2e-5)))
     rig = Structure(RIG.masses, terms, ((0, "displacement"), (1, "velocity")), (1.0, 0.0))
     values, reach = np.append(VALUES, [0.05, 20.0]), reach_of(record, [0.1, 1e-3])
     run, start = Run(record.force, 2000.0, "zero"), np.array([[1e-5, -1e-5, 1e-3, 2e-3]])
@@ -89,7 +89,7 @@ def test_parts_begin_anew_from_their_own_states():
 
 def test_a_table_holds_a_cubic_and_beyond_its_reach_a_straight_line():
     """A mass alone on a cubic spring, far outside: its force grows straight from three times the reach."""
-    one = Structure(("m",), (Term("k", (0,), power(3)),), ((0, "acceleration"),), (1.0,))
+    one = Structure(("m",), (Term("k", (0,), Power(3)),), ((0, "acceleration"),), (1.0,))
     run = Run(np.zeros(1), 1e4, "zero")
     for place, force in ((2.9, 2.9**3), (5.0, 27 + 27 * 2), (-5.0, -27 - 27 * 2)):
         (found,), _ = simulate(one, np.array([2.0, 1.0]), run, np.array([[place, 0.0]]), np.array([1.0]))

@@ -8,7 +8,7 @@ from rigsim.experiment.record import Record
 from rigsim.identification.identify import identify
 from rigsim.identification.physical import NAMES
 from rigsim.identification.simulate import Run, Structure, simulate
-from rigsim.identification.terms import CUBIC, LINEAR, Term, friction, gap, power
+from rigsim.identification.terms import CUBIC, LINEAR, Friction, Gap, Power, Term
 from rigsim.parameters import RigParameters
 from rigsim.results import Status
 from tests.identification.cubic import cubic_record
@@ -160,11 +160,11 @@ def test_outliers_are_named_and_left_out(clean):
 @pytest.mark.parametrize(
     ("term", "size", "words"),
     [
-        (Term("k5", (0, 1), power(5)), 3e15, "a quintic spring between shaker and mass"),
-        (Term("k2", (0, 1), power(2)), 5e4, "a quadratic spring between shaker and mass"),
-        (Term("mu", (0, 1), friction(1e-3), "velocity"), 1e-4, "dry friction between shaker and mass"),
-        (Term("k3m", (1,), power(3)), 1.4e8, "a cubic spring from the mass to the ground"),
-        (Term("k3s", (0,), power(3)), 2e11, "a cubic spring from the shaker to the ground"),
+        (Term("k5", (0, 1), Power(5)), 3e15, "a quintic spring between shaker and mass"),
+        (Term("k2", (0, 1), Power(2)), 5e4, "a quadratic spring between shaker and mass"),
+        (Term("mu", (0, 1), Friction(1e-3), "velocity"), 1e-4, "dry friction between shaker and mass"),
+        (Term("k3m", (1,), Power(3)), 1.4e8, "a cubic spring from the mass to the ground"),
+        (Term("k3s", (0,), Power(3)), 2e11, "a cubic spring from the shaker to the ground"),
     ],
 )
 def test_a_missing_term_is_named_and_then_found(term, size, words):
@@ -178,19 +178,19 @@ def test_a_missing_term_is_named_and_then_found(term, size, words):
 
 def test_three_terms_at_once_are_recovered_and_a_fourth_is_not_there():
     terms = (
-        Term("k5", (0, 1), power(5)),
-        Term("mu", (0, 1), friction(1e-3), "velocity"),
-        Term("c3", (0,), power(3), "velocity"),
+        Term("k5", (0, 1), Power(5)),
+        Term("mu", (0, 1), Friction(1e-3), "velocity"),
+        Term("c3", (0,), Power(3), "velocity"),
     )
     sizes = (3e15, 3e-5, 300.0)
-    asked = (*terms, Term("k3m", (1,), power(3)))
+    asked = (*terms, Term("k3m", (1,), Power(3)))
     found = identify(noisy(Record(FORCE, *moved(terms=terms, sizes=sizes), RATE), 1e-4), terms=asked)
     np.testing.assert_allclose(found.errors.value[7:10], sizes, rtol=0.01)
     assert abs(found.errors.value[10]) < 2 * found.errors.half_width[10]
 
 
 def test_a_stop_is_no_cubic():
-    stop = Term("stop", (0, 1), gap(1e-4))
+    stop = Term("stop", (0, 1), Gap(1e-4))
     rig = Structure(("ms", "m"), (*LINEAR, stop), ((0, "displacement"), (1, "displacement")), (1.0, 0.0))
     values, reach = np.array([P.ms, P.m, P.ks, P.cs, P.c, P.k1, 200.0]), np.full(5, 1e-3)
     outputs = simulate(rig, values, Run(FORCE, RATE, "zero"), np.zeros((1, 4)), reach, finer=4)[0].T

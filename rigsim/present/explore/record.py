@@ -8,7 +8,7 @@ from ... import checks
 from ...experiment.record import Record
 from ...identification.identify import identify
 from ...identification.result import Identification
-from ...identification.terms import Term, friction, power
+from ...identification.terms import Friction, Power, Term
 from ..figures.style import BLACK, BLUE, GREY, ORANGE, style, subplots
 from .controls import choice, slider
 from .live import LivePanel
@@ -104,10 +104,10 @@ def _terms(record):
     speed = _SMOOTHED * record.sample_rate * np.diff(record.relative).std()
     between = (0, 1)
     return {
-        "quadratic spring": (Term("k2", between, power(2), unit="N/m^2"),),
-        "quintic spring": (Term("k5", between, power(5), unit="N/m^5"),),
-        "cubic damping": (Term("c3", between, power(3), "velocity", "N s^3/m^3"),),
-        "dry friction": (Term("mu", between, friction(speed), "velocity", "N"),),
+        "quadratic spring": (Term("k2", between, Power(2), unit="N/m^2"),),
+        "quintic spring": (Term("k5", between, Power(5), unit="N/m^5"),),
+        "cubic damping": (Term("c3", between, Power(3), "velocity", "N s^3/m^3"),),
+        "dry friction": (Term("mu", between, Friction(speed), "velocity", "N"),),
     }
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 from rigsim.experiment.record import Record
 from rigsim.identification.identify import identify
-from rigsim.identification.terms import Term, power
+from rigsim.identification.terms import Power, Term
 from rigsim.model.planar import linear_modes, static_equilibrium
 from rigsim.parameters import OscillatorParameters, RigParameters
 from rigsim.present.explore import (
@@ -310,7 +310,7 @@ def test_a_record_is_read_with_other_settings(opened):
     assert "quintic spring" in panel.message.value and "2 to 70 Hz" in panel.message.value
     panel.start.click()
     panel.wait()
-    again = identify(record, band=(2, 70), terms=(Term("k5", (0, 1), power(5)),))
+    again = identify(record, band=(2, 70), terms=(Term("k5", (0, 1), Power(5)),))
     off = 100 * (again.errors.value[:7] / first.errors.value - 1)
     assert_allclose(these.get_ydata(), off, rtol=1e-6, atol=1e-9)
     assert "k5 = " in panel.message.value and "not seen in this record" in panel.message.value
