@@ -13,10 +13,21 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from .likelihood import Lines
+from .physical import oscillator_receptance
+from .troubles import NAMES, Trouble, clock_of, delay_of
 
 _BLOCKS = 12  # in a record, at least
 _FAINT, _BROAD = 0.01, 0.5  # of a force's mean power; of the lines that are to be brighter
 _TRIED = 8  # samples that an output may be late or early in a first guess
+_BETTER = 3.0  # times less left, for another order, sign or quantity of the channels
+_FITS, _FITS_WELL = 0.3, 0.1  # of the response left, by a reading that is believed, and one whose delays are
+_LATE = 0.3  # samples, from the linear response, which a strong spring bends
+_DRIFT = 0.15  # samples over the record
+_READS = {1: "velocities", 2: "accelerations"}
+BASE = (
+    "the force looks like the acceleration of a base, and the displacements as relative to it: "
+    "only ratios of the parameters are in such a record"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +64,110 @@ class Reading:
     share: float
 
 
-def linear_response(record, band):
+def brought_together(record, band):
+    """Ways to bring the channels of a record together, by their linear response.
+
+    Returns
+    -------
+    list of (Record, list of Trouble, ndarray or None)
+        Each with what was wrong, the last of which no other record mends where it has no ``mend``, and the ms, ks, cs,
+        m, c, k1 that its response shows.
+    """
+    mended = []
+    time, delay = _drifting_delays(record, band)
+    for names, late in _together(delay, record.sample_rate, _DRIFT):
+        trouble = _drift(names, time, late, record.sample_rate)
+        mended += [trouble] if trouble else []
+    if any(not trouble.mend for trouble in mended):
+        return [(record, mended, None)]
+    for trouble in mended:
+        record = record.realigned(**trouble.mend)
+    found = _readings(*_linear_response(record, band), record.sample_rate)
+    if not found:
+        return [(record, mended, None)]
+    best = found[0]
+    told = ((0, 1), (1, 1), 0, False)
+    usual = [reading for reading in found if (reading.order, reading.signs, reading.power, reading.base) == told]
+    if best not in usual and (not usual or best.left < usual[0].left / _BETTER) and best.share < _FITS:
+        mended.append(_read_otherwise(best))
+        if not mended[-1].mend:
+            return [(record, mended, best.values)]
+        record = record.realigned(**mended[-1].mend)
+    elif usual:
+        best = usual[0]
+    return [(*way, best.values) for way in _in_time(record, mended, best)]
+
+
+def _in_time(record, mended, best):
+    """Records without the constant delays of a reading, each with what was wrong."""
+    rate = record.sample_rate
+    late = best.delays - (0.5 / rate if record.hold == "zero" else 0.0)
+    if best.share > _FITS_WELL or np.abs(late).max() * rate < _LATE:
+        return [(record, mended)]
+    ways, delays = [], []
+    for names, delay in _together(late[None], rate, 2 * _LATE):
+        delays += [delay_of(names, delay[0], rate)] if abs(delay[0]) * rate > _LATE else []
+    together = record
+    for trouble in delays:
+        together = together.realigned(**trouble.mend)
+    expected = -0.5 if record.hold == "zero" else 0.5
+    if abs(late[0] * rate - expected) < 0.1 and abs(late[1] * rate - expected) < 2 * _LATE:
+        for hold in ("linear", "band-limited") if record.hold == "zero" else ("zero",):
+            early = "early" if expected < 0 else "late"
+            message = f'hold = "{hold}" fits better than "{record.hold}" (or the outputs are half a sample {early})'
+            ways.append((record.replace(hold=hold), [*mended, Trouble("hold", message, {"hold": hold})]))
+    return [*ways, (together, [*mended, *delays])]
+
+
+def _together(delays, rate, near):
+    """Names and delay of shaker and mass, as one where these are late alike, to so many samples."""
+    if np.abs(delays[:, 0] - delays[:, 1]).max() * rate < max(near, 0.02 * np.abs(delays).max() * rate):
+        return [(NAMES, delays[:, 0])]  # the shaker's is the surer one
+    return [((name,), column) for name, column in zip(NAMES, delays.T, strict=True)]
+
+
+def _drift(names, time, late, rate):
+    """What a delay that changes means, if it does: another clock, or samples lost here and there."""
+    slope, start = np.polyfit(time, late, 1)
+    rest = late - slope * time - start
+    scatter = np.std(np.diff(late, 2)) / np.sqrt(6) * rate  # samples, of a delay that only noise moves
+    grown = abs(slope) * np.ptp(time) * rate
+    if np.abs(rest).max() * rate > max(0.5, 8 * scatter, 0.02 * grown):
+        steps = np.abs(np.diff(late)) * rate
+        place = time[steps.argmax()]
+        message = (
+            f"the delay of {' and '.join(names)} changes by {np.ptp(late) * rate:.3g} samples during the record, most "
+            f"near {place:.3g} s: samples of it were lost or repeated"
+        )
+        return Trouble("lost", message)
+    if grown > max(_DRIFT, 5 * scatter):
+        return clock_of(names, -1e6 * slope)
+    return None
+
+
+def _read_otherwise(reading):
+    """Another order, other signs or another quantity, in words."""
+    said, mend = [], {}
+    if reading.order == (1, 0):
+        said.append("shaker and mass are exchanged")
+        mend["swap"] = True
+    wrong = [name for name, sign in zip(NAMES, reading.signs, strict=True) if sign < 0]
+    if wrong:
+        said.append(
+            "the force is reversed, or both sensors are"
+            if len(wrong) == 2
+            else f"the sensor of the {wrong[0]} is reversed"
+        )
+        mend["reverse"] = tuple(wrong)
+    if reading.base:
+        said.append(BASE)
+    if reading.power:
+        said.append(f"the outputs look like {_READS[reading.power]}, not displacements")
+        mend = {}
+    return Trouble("quantity" if reading.power or reading.base else "order", "; ".join(said), mend)
+
+
+def _linear_response(record, band):
     """Response of shaker and mass to the force at lines in the band, and its standard errors.
 
     Returns
@@ -78,7 +192,7 @@ def _blocks(record, band):
     return lines, lines(record.force - record.force.mean())[inside], lines(outputs - outputs.mean(axis=0))[inside]
 
 
-def drifting_delays(record, band):
+def _drifting_delays(record, band):
     """By how much each output is later in a block than in the first one.
 
     Returns
@@ -115,11 +229,10 @@ def drifting_delays(record, band):
     return time, delay - delay[0]
 
 
-def readings(frequency, response, error, sample_rate, swaps=True):
+def _readings(frequency, response, error, sample_rate):
     """All ways to read the outputs that make a rig of positive parts, `Reading` each, the best one first."""
     found = []
-    orders = ((0, 1), (1, 0)) if swaps else ((0, 1),)
-    for order, signs, power in product(orders, product((1, -1), repeat=2), (0, 1, 2)):
+    for order, signs, power in product(((0, 1), (1, 0)), product((1, -1), repeat=2), (0, 1, 2)):
         scale = np.array(signs) / (2j * np.pi * frequency[:, None]) ** power
         read, sure = response[:, order] * scale, error[:, order] * np.abs(scale)
         bases = (False, True) if (order, signs, power) == ((0, 1), (1, 1), 0) else (False,)
@@ -131,21 +244,13 @@ def readings(frequency, response, error, sample_rate, swaps=True):
     return sorted(found, key=lambda reading: reading.left)
 
 
-def rig_response(values, frequency, base=False):
-    """Response of shaker and mass to a force on the shaker (m/N), shape (lines, 2), of ms, ks, cs, m, c, k1.
+def _response(values, frequency, base):
+    """Of shaker and mass to a force on the shaker (m/N), shape (lines, 2), of ms, ks, cs, m, c, k1.
 
     To the acceleration of a ``base`` (s^2) where that moves both: forces -ms a and -m a, and motions relative to it.
     """
-    ms, ks, cs, m, c, k1 = values
-    s = 2j * np.pi * frequency
-    coupling = k1 + s * c
-    mass = coupling + s**2 * m
-    shaker = ks + s * cs + s**2 * ms + coupling
-    determinant = shaker * mass - coupling**2
-    if base:
-        moved = np.stack([ms * mass + m * coupling, ms * coupling + m * shaker], axis=-1)
-        return -moved / determinant[:, None]
-    return np.stack([mass, coupling], axis=-1) / determinant[:, None]
+    receptance = oscillator_receptance(values, frequency)
+    return -receptance @ values[[0, 3]] if base else receptance[..., 0]
 
 
 def _start(frequency, read, sample_rate):
@@ -204,7 +309,7 @@ def _fitted(frequency, read, sure, start, delays, sample_rate, base):
     unit = np.array([ms, ks, np.sqrt(ms * ks), m, np.sqrt(m * k1), k1])
 
     def misfit(scaled):
-        modelled = rig_response(scaled[:6] * unit, frequency, base)
+        modelled = _response(scaled[:6] * unit, frequency, base)
         modelled = modelled * np.exp(-1j * omega[:, None] * scaled[6:] / sample_rate)
         difference = (modelled - read) / sure
         return np.concatenate([difference.real.ravel(), difference.imag.ravel()])

@@ -12,7 +12,7 @@ _NOTHING = 1e-4  # of an output's deviation
 
 
 def channel_troubles(record, band, order):
-    """Clipping, samples held from a slower recorder, a force of few lines, hum: `Trouble` each."""
+    """Clipping, samples held from a slower recorder, a force of few lines: `Trouble` each."""
     found = []
     for name in ("force", "shaker", "mass"):
         values = getattr(record, name)
@@ -71,7 +71,7 @@ def _poor_force(record, band, order):
 def breaks(left, size, sample_rate, most=8):
     """Where the motion begins anew: what is left of outputs (n, q) rises at once and dies away; samples, in order.
 
-    ``size`` (q,) is the outputs' deviation: what is less than a thousandth of it is nothing.
+    ``size`` (q,) is the outputs' deviation: what is less than a ten-thousandth of it is nothing.
     """
     window = max(8, int(0.15 * sample_rate))
     left = left.copy()

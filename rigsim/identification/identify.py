@@ -13,13 +13,14 @@ from ..experiment.record import UNITS, Record
 from ..model.modes import Modes, largest_to_one
 from ..parameters import OscillatorParameters
 from . import nsi, physical
+from .alignment import brought_together
 from .channels import channel_troubles
 from .receptance import fit_rational_fraction
 from .refine import fit_to_lines, refine_state_space
 from .result import RESOLUTION, Identification, frequencies
 from .subspace import dynamics, extended_gram, fit_input_matrices
 from .terms import Term
-from .trust import brought_together, trusted
+from .trust import trusted
 from .verdict import judged
 
 _MATRICES, _LINE, _SAMPLE = 8, 6e4, 1e3  # of all block rows, in memory at once; bytes a frequency and a sample
@@ -114,18 +115,25 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
 def _brought_together(found, record, report, reading):
     """What is read once the channels are brought together, where that leaves less, and what was wrong with them."""
     mended, least = [], found.trust.left.max() / _BETTER
+    asked = reading["band"], reading["terms"]
     for together, troubles, guess in brought_together(record, reading["band"]):
         if not all(trouble.mend for trouble in troubles):
             mended = troubles
         elif troubles or guess is not None:
-            other = _read(together, report, guess=guess, taken=troubles, **reading)
+            if troubles:
+                other = _read(together, report, guess=guess, taken=troubles, **reading)
+            else:  # the same record, from another start
+                other = replace(found, trust=trusted(record, _starts(found.values, guess), *asked))
             if other.trust.left.max() < least:
                 found, mended, least = other, troubles, other.trust.left.max()
-    trust = found.trust
-    if trust.fit is None and all(trouble.mend for trouble in mended):
-        starts = [found.values]
-        found = replace(found, trust=trusted(record, starts, reading["band"], reading["terms"], sensitive=True))
+    if found.trust.fit is None and all(trouble.mend for trouble in mended):
+        found = replace(found, trust=trusted(record, [found.values], *asked, sensitive=True))
     return found, mended
+
+
+def _starts(values, guess):
+    """Values to start from: those of H_E, and others of the linear rig with either cubic coefficient."""
+    return [values] if guess is None else [values, np.append(guess, 0.0), np.append(guess, values[6])]
 
 
 def _paper_s_fit(frequency, extended):
@@ -188,8 +196,7 @@ def _read(record, report, order, block_rows, band, conversion, terms, guess=None
         weight = _weights(inputs, noise, record.sample_rate, frequency)
         fraction, values, misfit = _fit(frequency, extended, weight)
         report(6)
-        starts = [values] if guess is None else [values, np.append(guess, 0.0), np.append(guess, values[6])]
-        trust = trusted(record, starts, band, terms, taken=taken)
+        trust = trusted(record, _starts(values, guess), band, terms, taken=taken)
     else:
         fraction, values, misfit = _paper_s_fit(frequency, extended)
     return _Read(conversion, singular_values, model, unexplained, frequency, extended, fraction, values, misfit, trust)

@@ -37,8 +37,10 @@ class Fit:
         First states.
     outputs, modelled : ndarray, shape (n, q)
         As recorded, and of the rig.
+    reach : ndarray, shape (terms,)
+        Largest motion that each term was seen at; see `simulate.simulate`.
     columns : ndarray, shape (n, q, parameters)
-        Their derivatives, without what other first states would do as well.
+        Derivatives of what is modelled, without what other first states would do as well.
     left : ndarray, shape (blocks, lines, q)
         Lines of what the model leaves of the outputs.
     freed : Freed
@@ -53,6 +55,7 @@ class Fit:
     starts: np.ndarray
     outputs: np.ndarray
     modelled: np.ndarray
+    reach: np.ndarray
     columns: np.ndarray
     left: np.ndarray
     freed: "Freed"
@@ -112,7 +115,6 @@ class Lines:
         self.kept = np.flatnonzero((frequency >= band[0]) & (frequency <= band[1]))
         self.frequency = frequency[self.kept]
         self.begins = np.arange(-self.size // 2, samples, self.size // 2)
-        self.samples = samples
 
     def __call__(self, channels):
         """Lines of the channels."""
@@ -127,25 +129,25 @@ class Lines:
 
 
 def noise_weights(left):
-    """Inverse of the variance of what is left of each output at each line, (lines, q, q): of all blocks, smoothed."""
+    """Inverse of the variance of what is left of each output at each line, (lines, q): of all blocks, smoothed."""
     power = np.mean(np.abs(left) ** 2, axis=0)
     smooth = uniform_filter1d(power, min(SMOOTH, len(power)), axis=0)
-    return np.eye(left.shape[2]) / np.maximum(smooth, 1e-12 * smooth.max(axis=0))[:, None, :]
+    return 1 / np.maximum(smooth, 1e-12 * smooth.max(axis=0))
 
 
 def normal_equations(columns, left, weights):
     """Fisher's information (p, p) and the slope (p,) of the weighted squares, from lines of columns and of the rest."""
-    weighted = np.einsum("lij,bljp->blip", weights, columns)
     p = columns.shape[-1]
-    flat = weighted.reshape(-1, p)
-    return (flat.conj().T @ columns.reshape(-1, p)).real, (flat.conj().T @ left.ravel()).real
+    weighted = (weights[..., None] * columns).reshape(-1, p).conj().T
+    return (weighted @ columns.reshape(-1, p)).real, (weighted @ left.ravel()).real
 
 
 @np.errstate(all="ignore")  # on its way a fit may try a rig that flies apart
 def fit(structure, values, run, outputs, band, reach, starts=None):
     """`Fit` of a structure to ``outputs`` (n, q), from starting ``values`` and, by default, from rest.
 
-    First with white noise in each output, then with what long steps lose of the motion, then with the noise's spectra.
+    First with white noise in each output, then with what long steps lose of the motion, then with the spectra of what
+    is left then: weights that followed every step would follow a misfit that is no noise, and never settle.
 
     Raises
     ------
@@ -155,7 +157,7 @@ def fit(structure, values, run, outputs, band, reach, starts=None):
     d, count = len(structure.masses), len(values)
     lines = Lines(run.sample_rate, len(outputs), band)
     starts = np.zeros((len(run.begins), 2 * d)) if starts is None else starts
-    lost, stages, before, step, moved = 0.0, iter((_white, _white, noise_weights)), np.inf, None, None
+    lost, stages, before, step, moved = 0.0, iter((white_weights, white_weights, noise_weights)), np.inf, None, None
     weigh = weights = next(stages)
     for _ in range(_STEPS):
         coarse, columns = simulate(structure, values, run, starts, reach, range(count))
@@ -170,7 +172,7 @@ def fit(structure, values, run, outputs, band, reach, starts=None):
             step, moved = step / 4, moved / 4
             values, starts = values - 3 * step, starts - 3 * moved
             continue
-        weights = weigh(left)
+        weights = weigh(left) if before == np.inf else weights
         before = _cost(left, weights)
         own = freed(columns[..., :count])
         step, error = _newton(lines(own), left, weights, values[:d])
@@ -185,7 +187,7 @@ def fit(structure, values, run, outputs, band, reach, starts=None):
         values, starts = values + step, starts + moved
     if not sound:
         raise FitError("no step towards the record is small enough")
-    return Fit(structure, run, values, starts, outputs, outputs - rest, own, left, freed, size < _SETTLED)
+    return Fit(structure, run, values, starts, outputs, outputs - rest, reach, own, left, freed, size < _SETTLED)
 
 
 def _newton(own, left, weights, masses):
@@ -215,10 +217,10 @@ def _lost(structure, values, run, starts, reach, coarse, outputs):
     return four + (four - two) / 15 - coarse
 
 
-def _white(left):
-    """Weights of noise that is white, and another in each output."""
-    return np.broadcast_to(np.diag(1 / np.mean(np.abs(left) ** 2, axis=(0, 1))), (left.shape[1], *[left.shape[2]] * 2))
+def white_weights(left):
+    """Weights of noise that is white, and another in each output, (1, q)."""
+    return 1 / np.mean(np.abs(left) ** 2, axis=(0, 1))[None]
 
 
 def _cost(left, weights):
-    return np.einsum("bli,lij,blj->", left.conj(), weights, left).real
+    return np.sum(weights * np.abs(left) ** 2)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .likelihood import inverse, noise_weights
+from .likelihood import inverse, noise_weights, normal_equations
 from .simulate import simulate
 from .terms import Friction, Power, Term
 
@@ -19,6 +19,7 @@ _EXPLAINS = 0.05  # of what is left, at least
 _ALIKE = 1e-8  # of a column's squares, beside those of the parameters
 _AT_ONCE = 10  # terms, for the memory's sake
 NAMES = ("shaker", "mass")
+TIMING = ("delay", "clock")
 _GROUPS = ((0, 1), (0,), (1,))
 
 
@@ -76,14 +77,12 @@ def suspected(fit, lines, candidates, most=3):
     transformed = [(replace(one, column=None), lines(fit.freed(one.column))) for one in candidates]
     while len(found) < most:
         weights = noise_weights(left)
-        weighted = np.einsum("lij,bljp->blip", weights, own)
-        p = own.shape[-1]
-        covariance = inverse((weighted.reshape(-1, p).conj().T @ own.reshape(-1, p)).real)
-        slope = np.einsum("blip,bli->p", weighted.conj(), left).real
+        information, slope = normal_equations(own, left, weights)
+        covariance = inverse(information)
         best, gain = None, max(_SURE**2, _EXPLAINS * left.size)
         for candidate, column in transformed:
-            heavy = np.einsum("lij,blj->bli", weights, column)
-            shared = np.einsum("blip,bli->p", weighted.conj(), column).real
+            heavy = weights * column
+            shared = np.einsum("blip,bli->p", own.conj(), heavy).real
             whole = np.vdot(heavy, column).real
             apart = whole - shared @ covariance @ shared
             if not apart > _ALIKE * whole:
@@ -101,8 +100,8 @@ def suspected(fit, lines, candidates, most=3):
     return found
 
 
-def candidates(fit, record, reach):
-    """All troubles that have a form, a `Candidate` each; ``reach`` is that of the fit's terms."""
+def candidates(fit, record):
+    """All troubles that have a form, a `Candidate` each."""
     rate = record.sample_rate
     motion = fit.modelled - fit.modelled.mean(axis=0)
     velocity = np.gradient(motion, 1 / rate, axis=0)
@@ -110,8 +109,8 @@ def candidates(fit, record, reach):
     yield from _filters(motion, velocity, rate)
     for one, other in ((0, 1), (1, 0)):
         yield from _sensor(motion, record.force - record.force.mean(), one, other)
-    yield from _terms(fit, motion, velocity, reach)
-    yield from _force(fit, record, reach)
+    yield from _terms(fit, motion, velocity)
+    yield from _force(fit, record)
 
 
 def delay_of(names, delay, rate):
@@ -126,6 +125,20 @@ def clock_of(names, clock):
     word = "fast" if clock > 0 else "slow"
     told = f"the clock of {' and '.join(names)} is {abs(clock):.4g} ppm {word} against the force's"
     return Trouble("clock", told, {"clock": dict.fromkeys(names, clock)}, size=clock)
+
+
+def told_once(troubles, rate):
+    """Delays and clocks of the same channels that were found one after the other, as one."""
+    found = {}
+    for trouble in troubles:
+        kind = trouble.name
+        key = (kind, tuple(trouble.mend[kind])) if kind in TIMING else id(trouble)
+        if key in found:
+            sizes, more = found[key].mend[kind], trouble.mend[kind]
+            size = sum(next(iter(part.values())) for part in (sizes, more))
+            trouble = delay_of(tuple(sizes), size, rate) if kind == "delay" else clock_of(tuple(sizes), size)
+        found[key] = trouble
+    return list(found.values())
 
 
 def _of(which, column):
@@ -191,13 +204,13 @@ def _library(motion, velocity):
         yield Term(f"c_{tag}", between, None, "velocity", "N s/m"), f"a linear damper {where}", quick
 
 
-def _terms(fit, motion, velocity, reach):
+def _terms(fit, motion, velocity):
     """Terms that the rig was not fitted with, as what they would move."""
     structure, kinds = fit.structure, {_kind(term) for term in fit.structure.terms}
     more = [row for row in _library(motion, velocity) if _kind(row[0]) not in kinds]
     wide = replace(structure, terms=(*structure.terms, *(term for term, _, _ in more)))
     values = np.concatenate([fit.values, np.zeros(len(more))])
-    reach = np.concatenate([reach, [far for _, _, far in more]])
+    reach = np.concatenate([fit.reach, [far for _, _, far in more]])
     for first in range(0, len(more), _AT_ONCE):
         some = more[first : first + _AT_ONCE]
         wanted = fit.values.size + first + np.arange(len(some))
@@ -213,10 +226,10 @@ def _kind(term):
     return term.between, term.of, law
 
 
-def _force(fit, record, reach):
+def _force(fit, record):
     """An AC-coupled force, a force sensor that is not linear, another hold."""
     structure, force = fit.structure, record.force - record.force.mean()
-    usual = structure, fit.values, fit.run, fit.starts, reach
+    usual = structure, fit.values, fit.run, fit.starts, fit.reach
     extra = np.column_stack([np.cumsum(force) / record.sample_rate, force**3])
     outputs, columns = simulate(*usual, wanted=[0], extra=extra)
     coupled = lambda size: f"the force looks AC coupled, at {abs(size) / (2 * np.pi):.2g} Hz"  # noqa: E731
@@ -225,6 +238,6 @@ def _force(fit, record, reach):
     yield Candidate("sensor", columns[..., -1], bent)
     for hold in ("zero", "linear", "band-limited"):
         if hold != record.hold:
-            other, _ = simulate(structure, fit.values, replace(fit.run, hold=hold), fit.starts, reach)
+            other, _ = simulate(structure, fit.values, replace(fit.run, hold=hold), fit.starts, fit.reach)
             told = lambda size, hold=hold: f'hold = "{hold}" fits better than "{record.hold}"'  # noqa: E731
             yield Candidate("hold", other - outputs, told, lambda size, hold=hold: {"hold": hold})

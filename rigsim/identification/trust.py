@@ -1,7 +1,6 @@
 """How far a record and what is read from it can be trusted: the likeliest rig, what it leaves, and what that says.
 
-In order: the channels by themselves, then brought together by their linear response, then the rig that repeats the
-record best, then what it leaves, mended where that has one cure and named where it has none.
+The rig that repeats the record best, then what it leaves, mended where that has one cure and named where it has none.
 """
 
 from dataclasses import dataclass, replace
@@ -10,18 +9,14 @@ import numpy as np
 from scipy import signal
 from scipy.optimize import nnls
 
-from .alignment import drifting_delays, linear_response, readings
 from .channels import breaks, spikes
 from .likelihood import FitError, Lines, fit
 from .simulate import Run, Structure, simulate
 from .terms import CUBIC, LINEAR
-from .troubles import NAMES, Trouble, candidates, clock_of, delay_of, suspected, timing
+from .troubles import NAMES, TIMING, Trouble, candidates, suspected, timing
 from .uncertainty import uncertainty
 
 MASSES = ("ms", "m")
-_BETTER = 3.0  # times less left, for another order, sign or quantity of the channels
-_LATE = 0.3  # samples, from the linear response, which a strong spring bends
-_DRIFT = 0.15  # samples over the record
 _ROUNDS = 4
 _LOST = 0.3  # of an output left by a rig that cannot be foretold so far, ...
 _SHORTEST = 64  # samples
@@ -30,12 +25,6 @@ _MOST = 0.5  # of what is left
 _FEW = 0.01  # of the samples
 _FAR = 10  # samples
 _MATTERS = 1e-3  # of a parameter
-_MENDABLE = ("delay", "clock")
-BASE = (
-    "the force looks like the acceleration of a base, and the displacements as relative to it: "
-    "only ratios of the parameters are in such a record"
-)
-_READS = {0: "displacements", 1: "velocities", 2: "accelerations"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,117 +56,6 @@ class Trust:
     left: np.ndarray
 
 
-def brought_together(record, band):
-    """Ways to bring the channels of a record together, by their linear response.
-
-    Returns
-    -------
-    list of (Record, list of Trouble, ndarray or None)
-        Each with what was wrong, the last of which no other record mends where it has no ``mend``, and the ms, ks, cs,
-        m, c, k1 that its response shows.
-    """
-    mended = []
-    time, delay = drifting_delays(record, band)
-    for names, late in _together(delay, record.sample_rate, _DRIFT):
-        trouble = _drift(names, time, late, record.sample_rate)
-        mended += [trouble] if trouble else []
-    if any(not trouble.mend for trouble in mended):
-        return [(record, mended, None)]
-    for trouble in mended:
-        record = record.realigned(**trouble.mend)
-    found = readings(*linear_response(record, band), record.sample_rate)
-    if not found:
-        return [(record, mended, None)]
-    best = found[0]
-    told = ((0, 1), (1, 1), 0, False)
-    usual = [reading for reading in found if (reading.order, reading.signs, reading.power, reading.base) == told]
-    if best not in usual and (not usual or best.left < usual[0].left / _BETTER) and best.share < 0.3:
-        mended.append(_read_otherwise(best))
-        if not mended[-1].mend:
-            return [(record, mended, best.values)]
-        record = record.realigned(**mended[-1].mend)
-    elif usual:
-        best = usual[0]
-    return [(*way, best.values) for way in _in_time(record, mended, best)]
-
-
-def _in_time(record, mended, best):
-    """Records without the constant delays of a reading, each with what was wrong."""
-    rate = record.sample_rate
-    late = best.delays - (0.5 / rate if record.hold == "zero" else 0.0)
-    if best.share > 0.1 or np.abs(late).max() * rate < _LATE:
-        return [(record, mended)]
-    ways, delays = [], []
-    for names, delay in _together(late[None], rate, 2 * _LATE):
-        delays += [delay_of(names, delay[0], rate)] if abs(delay[0]) * rate > _LATE else []
-    together = record
-    for trouble in delays:
-        together = together.realigned(**trouble.mend)
-    expected = -0.5 if record.hold == "zero" else 0.5
-    if abs(late[0] * rate - expected) < 0.1 and abs(late[1] * rate - expected) < 2 * _LATE:
-        for hold in ("linear", "band-limited") if record.hold == "zero" else ("zero",):
-            early = "early" if expected < 0 else "late"
-            message = f'hold = "{hold}" fits better than "{record.hold}" (or the outputs are half a sample {early})'
-            ways.append((record.replace(hold=hold), [*mended, Trouble("hold", message, {"hold": hold})]))
-    return [*ways, (together, [*mended, *delays])]
-
-
-def _together(delays, rate, near):
-    """Names and delay of shaker and mass, as one where these are late alike, to so many samples."""
-    names = NAMES
-    if np.abs(delays[:, 0] - delays[:, 1]).max() * rate < max(near, 0.02 * np.abs(delays).max() * rate):
-        return [(names, delays[:, 0])]  # the shaker's is the surer one
-    return [((name,), column) for name, column in zip(names, delays.T, strict=True)]
-
-
-def _drift(names, time, late, rate):
-    """What a delay that changes means, if it does: another clock, or samples lost here and there."""
-    slope, start = np.polyfit(time, late, 1)
-    rest = late - slope * time - start
-    scatter = np.std(np.diff(late, 2)) / np.sqrt(6) * rate  # samples, of a delay that only noise moves
-    grown = abs(slope) * np.ptp(time) * rate
-    if np.abs(rest).max() * rate > max(0.5, 8 * scatter, 0.02 * grown):
-        steps = np.abs(np.diff(late)) * rate
-        place = time[steps.argmax()]
-        message = (
-            f"the delay of {' and '.join(names)} changes by {np.ptp(late) * rate:.3g} samples during the record, most "
-            f"near {place:.3g} s: samples of it were lost or repeated"
-        )
-        return Trouble("lost", message)
-    if grown > max(_DRIFT, 5 * scatter):
-        return clock_of(names, -1e6 * slope)
-    return None
-
-
-def add(one, other, rate):
-    """Two troubles of the same kind and channels, found one after the other, as one."""
-    ((kind, sizes),) = one.mend.items()
-    size = next(iter(sizes.values())) + next(iter(other.mend[kind].values()))
-    return delay_of(tuple(sizes), size, rate) if kind == "delay" else clock_of(tuple(sizes), size)
-
-
-def _read_otherwise(reading):
-    """Another order, other signs or another quantity, in words."""
-    said, mend = [], {}
-    if reading.order == (1, 0):
-        said.append("shaker and mass are exchanged")
-        mend["swap"] = True
-    wrong = [name for name, sign in zip(("shaker", "mass"), reading.signs, strict=True) if sign < 0]
-    if wrong:
-        said.append(
-            "the force is reversed, or both sensors are"
-            if len(wrong) == 2
-            else f"the sensor of the {wrong[0]} is reversed"
-        )
-        mend["reverse"] = tuple(wrong)
-    if reading.base:
-        said.append(BASE)
-    if reading.power:
-        said.append(f"the outputs look like {_READS[reading.power]}, not displacements")
-        mend = {}
-    return Trouble("quantity" if reading.power or reading.base else "order", "; ".join(said), mend)
-
-
 def trusted(record, starts, band, terms=(), sensitive=False, taken=()):
     """`Trust` in a record of displacements.
 
@@ -195,37 +73,37 @@ def trusted(record, starts, band, terms=(), sensitive=False, taken=()):
     except FitError as error:
         trouble = Trouble("fit", f"no rig of this kind repeats the record: {error}")
         return Trust(None, lines, None, [], [trouble], record, 0.0, np.full(2, np.inf))
-    begins = best.run.begins
-    mended, parts = [], len(begins) > 1
-    for _ in range(_ROUNDS):
+    mended, begins = [], best.run.begins
+    while True:
         lines = Lines(record.sample_rate, record.force.size, band)
-        found = suspected(best, lines, candidates(best, record, _given(structure, record, begins)[2]))
-        cure = None
-        if not parts and not (found and found[0].explains > _MOST):
-            cure = _cure(record, best.freed(_given(structure, record, begins)[0] - best.modelled), begins, mended)
-        late = []
-        if not cure and len(begins) == 1:
-            late = [trouble for trouble in found[:1] if _mendable(trouble, best, record)]
-        if cure:
-            trouble, cured, anew = cure
-        elif late:
-            (trouble,), anew = late, begins
-            cured = record.realigned(**trouble.mend)
-        else:
+        found = suspected(best, lines, candidates(best, record))
+        change = None if len(mended) == _ROUNDS else _change(best, record, begins, found, mended, sensitive)
+        if change is None:
             break
+        trouble, cured, anew, states = change
         outputs, run, reach = _given(structure, cured, anew)
         try:
-            again = fit(structure, best.values, run, outputs, band, reach, _states(run, outputs) if cure else None)
+            again = fit(structure, best.values, run, outputs, band, reach, _states(run, outputs) if states else None)
         except FitError:
             break
         if not _left(again, Lines(cured.sample_rate, cured.force.size, band)).max() < 1:
             break
         best, record, begins = again, cured, anew
         mended.append(trouble)
-    lines = Lines(record.sample_rate, record.force.size, band)
     sure = uncertainty(best, lines, _estimated(best, record, [*taken, *mended]))
     share = _force_share(best, lines, record)
     return Trust(best, lines, sure, mended, found, record, share, _left(best, lines))
+
+
+def _change(best, record, begins, found, mended, sensitive):
+    """What is to be mended next: the trouble, the record and its beginnings then, and whether states are known."""
+    if not sensitive and not (found and found[0].explains > _MOST):
+        cure = _cure(record, best.freed(best.outputs - best.modelled), begins, mended)
+        if cure:
+            return *cure, True
+    if len(begins) == 1 and found and _mendable(found[0], best, record):
+        return found[0], record.realigned(**found[0].mend), begins, False
+    return None
 
 
 def _estimated(fitted, record, mended):
@@ -274,7 +152,7 @@ def _states(run, outputs):
 
 def _mendable(trouble, best, record):
     """Whether a delay or a clock is sure and matters, and no larger than a linear step tells."""
-    if trouble.name not in _MENDABLE:
+    if trouble.name not in TIMING:
         return False
     near = trouble.name == "clock" or abs(trouble.size) * record.sample_rate < _FAR
     return near and (np.abs(trouble.shift) > _MATTERS * np.abs(best.values)).any()

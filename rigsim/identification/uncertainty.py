@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 from scipy.ndimage import uniform_filter1d
 
-from .likelihood import SMOOTH, inverse, noise_weights
+from .likelihood import SMOOTH, inverse, noise_weights, normal_equations, white_weights
 
 _PARTS = 12  # of the record, in time and over the band, whose pulls on the parameters are compared
 _ODD = 0.001  # chance of a disagreement that is taken for one
@@ -42,18 +42,16 @@ def uncertainty(fit, lines, beside=()):
     ``beside`` are columns (n, q) of what else was estimated, as the delay that was taken from a record.
     """
     own = np.concatenate([lines(fit.columns), *(lines(fit.freed(column))[..., None] for column in beside)], axis=-1)
-    weights, p, count = noise_weights(fit.left), own.shape[-1], fit.values.size
-    weighted = np.einsum("lij,bljp->blip", weights, own)
-    inverted = inverse((weighted.reshape(-1, p).conj().T @ own.reshape(-1, p)).real)
+    weights, count = noise_weights(fit.left), fit.values.size
+    weighted = weights[..., None] * own
+    inverted = inverse(normal_equations(own, fit.left, weights)[0])
     # Outputs that share a noise, as that of an unknown force, say less than two would.
     shared = np.einsum("blip,lij,bljq->pq", weighted.conj(), _spectra(fit.left), weighted, optimize=True).real
     covariance = inverted @ shared @ inverted
     error = np.sqrt(np.maximum(np.diag(covariance)[:count], 1e-300))
     pulls = np.einsum("blip,bli->blp", weighted.conj(), fit.left).real @ inverted[:, :count]
     disagreement = np.maximum(*(_disagreement(pulls, axis, error) for axis in (0, 1)))
-    plain = own[..., :count] / np.sqrt(np.mean(np.abs(fit.left) ** 2, axis=(0, 1)))[:, None]
-    plain = plain.reshape(-1, count)
-    bound = np.sqrt(np.diag(inverse((plain.conj().T @ plain).real)))
+    bound = np.sqrt(np.diag(inverse(normal_equations(own[..., :count], fit.left, white_weights(fit.left))[0])))
     quantile = np.where(disagreement > 1, stats.t.ppf(0.975, _PARTS - 1), stats.norm.ppf(0.975))
     grown = error * disagreement
     covariance = covariance[:count, :count] * np.outer(disagreement, disagreement)

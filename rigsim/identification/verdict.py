@@ -5,9 +5,11 @@ import numpy as np
 from ..model.oscillator import oscillator_modes
 from ..parameters import OscillatorParameters
 from ..results import Status
+from .alignment import BASE
 from .physical import NAMES
 from .result import ParameterErrors
-from .trust import BASE, add
+from .troubles import NAMES as OUTPUTS
+from .troubles import told_once
 
 FOLDED = 0.02
 MISFIT = 0.05  # of the receptances, by the paper's reading
@@ -46,8 +48,8 @@ def judged(record, band, modes, values, misfit, folded, trust, mended, told, noi
         doubts.append(f"k3 = {values[6]:.3g} N/m^3 is negative, so parameters carry k3 = 0")
     if at_bound:
         doubts.append(f"{' and '.join(at_bound)} would be zero or negative, which no rig of this kind is")
-    mended = _together(mended, record.sample_rate)
-    reverse = any(trouble.mend.get("reverse") == ("shaker", "mass") for trouble in mended)
+    mended = told_once(mended, record.sample_rate)
+    reverse = any(trouble.mend.get("reverse") == OUTPUTS for trouble in mended)
     if errors is not None and reverse and abs(values[0] - 1) < _UNIT:  # as if a force had been divided by its mass
         doubts.append(BASE)
     noticed = _noticed(trust, doubts)
@@ -72,16 +74,6 @@ def _noticed(trust, doubts):
     ]
 
 
-def _together(mended, rate):
-    """Delays and clocks of the same channels that were found one after the other, as one."""
-    found = {}
-    for trouble in mended:
-        kind = next(iter(trouble.mend), "")
-        key = (kind, tuple(trouble.mend[kind])) if kind in ("delay", "clock") else id(trouble)
-        found[key] = add(found[key], trouble, rate) if key in found else trouble
-    return list(found.values())
-
-
 def errors_of(trust, noise=None):
     """Values and intervals in the usual order, with what noise on the force and named troubles add."""
     fit, sure = trust.fit, trust.uncertainty
@@ -103,13 +95,12 @@ def errors_of(trust, noise=None):
 
 def _mode_half_widths(value, half_width, covariance):
     """Of frequency and damping of the modes: what the parameters' errors make of them, to first order."""
-    modes = lambda values: _modes_of(values)  # noqa: E731
-    if modes(value) is None:
+    if _modes_of(value) is None:
         return np.full((2, 2), np.nan)
     slopes = []
     for index in range(6):
         step = 1e-5 * max(abs(value[index]), 1e-12)
-        moved = [modes(value + sign * step * (np.arange(value.size) == index)) for sign in (1, -1)]
+        moved = [_modes_of(value + sign * step * (np.arange(value.size) == index)) for sign in (1, -1)]
         if any(found is None for found in moved):
             return np.full((2, 2), np.nan)
         slopes.append((moved[0] - moved[1]) / (2 * step))
@@ -129,7 +120,7 @@ def _modes_of(values):
 
 def _doubts(errors, trust, record, band):
     doubts = []
-    for name, share in zip(("shaker", "mass"), trust.left, strict=True):
+    for name, share in zip(OUTPUTS, trust.left, strict=True):
         if share > _DROWNED:
             doubts.append(f"the simulated rig leaves {100 * share / np.hypot(1, share):.2g} % of {name} unexplained")
     if not trust.fit.settled and trust.left.max() > _SEEN:
