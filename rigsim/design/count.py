@@ -75,14 +75,19 @@ def _distance(spans, gamma):
 
 
 @inlinable
-def _judge(minus, plus, windows, gamma, counts, distances):
+def _judge(minus, plus, windows, gamma, squares, counts, distances, tally):
+    """Of one set: numbers and distances at its force, and whether there is a curve at others, squared, in tally."""
     for kind in range(2):
+        spans = _spans(minus, plus, windows, kind)
         counts[kind] = _count(minus, plus, windows, gamma, kind)
-        distances[kind] = _distance(_spans(minus, plus, windows, kind), gamma)
+        distances[kind] = _distance(spans, gamma)
+        for i in range(squares.size):
+            for j in range(spans.shape[0]):
+                tally[kind, i] += spans[j, 0] < gamma * squares[i] < spans[j, 1]
 
 
 @compiled(nogil=True)
-def _judge_all(sets, counts, distances, doubtful):
+def _judge_all(sets, squares, counts, distances, tally, doubtful):
     for i in range(sets.shape[0]):
         mu, zeta_s, zeta, Omega0, gamma = sets[i]
         if gamma == 0.0:
@@ -91,7 +96,7 @@ def _judge_all(sets, counts, distances, doubtful):
         doubtful[i] = not certain
         if certain:
             _, minus, plus, windows = arrange(mu, zeta_s, zeta, Omega0, cusps, extrema)
-            _judge(minus, plus, windows, gamma, counts[i], distances[i])
+            _judge(minus, plus, windows, gamma, squares, counts[i], distances[i], tally)
 
 
 def judge(sets, **options):
@@ -110,36 +115,20 @@ def judge(sets, **options):
 
 
 def _judge_chunk(sets):
-    counts, distances = np.zeros((len(sets), 2), dtype=np.int64), np.full((len(sets), 2), -math.inf)
-    doubtful = np.zeros(len(sets), dtype=np.bool_)
-    _judge_all(sets, counts, distances, doubtful)
-    for i in np.flatnonzero(doubtful):
-        group = Nondimensional(*sets[i].tolist())
-        found = levels(group)
-        _judge(found.minus, found.plus, found.windows, group.gamma, counts[i], distances[i])
+    counts, distances, _ = _judged(sets, np.empty(0))
     return {"counts": counts, "distances": distances}
 
 
-@inlinable
-def _tally(minus, plus, windows, gamma, squares, tally):
-    for kind in range(2):
-        spans = _spans(minus, plus, windows, kind)
-        for i in range(squares.size):
-            for j in range(spans.shape[0]):
-                tally[kind, i] += spans[j, 0] < gamma * squares[i] < spans[j, 1]
-
-
-@compiled(nogil=True)
-def _tally_all(sets, squares, tally, doubtful):
-    for i in range(sets.shape[0]):
-        mu, zeta_s, zeta, Omega0, gamma = sets[i]
-        if gamma == 0.0:
-            continue
-        cusps, extrema, certain = breakpoints(mu, zeta_s, zeta, Omega0)
-        doubtful[i] = not certain
-        if certain:
-            _, minus, plus, windows = arrange(mu, zeta_s, zeta, Omega0, cusps, extrema)
-            _tally(minus, plus, windows, gamma, squares, tally)
+def _judged(sets, squares):
+    """Numbers and distances of each set, and how many of them have curves at forces, squared, in units of their own."""
+    counts, distances = np.zeros((len(sets), 2), dtype=np.int64), np.full((len(sets), 2), -math.inf)
+    tally, doubtful = np.zeros((2, len(squares)), dtype=np.int64), np.zeros(len(sets), dtype=np.bool_)
+    _judge_all(sets, squares, counts, distances, tally, doubtful)
+    for i in np.flatnonzero(doubtful):
+        group = Nondimensional(*sets[i].tolist())
+        found = levels(group)
+        _judge(found.minus, found.plus, found.windows, group.gamma, squares, counts[i], distances[i], tally)
+    return counts, distances, tally
 
 
 def having(sets, forces):
@@ -147,14 +136,8 @@ def having(sets, forces):
 
     ``sets`` (n, 5) are mu, zeta_s, zeta, Omega0 and gamma at 1 N, already checked; ``forces`` are in N.
     """
-    tally, doubtful = np.zeros((2, len(forces)), dtype=np.int64), np.zeros(len(sets), dtype=np.bool_)
     squares = np.square(np.ascontiguousarray(forces, dtype=float))
-    _tally_all(np.ascontiguousarray(sets, dtype=float), squares, tally, doubtful)
-    for i in np.flatnonzero(doubtful):
-        group = Nondimensional(*sets[i].tolist())
-        found = levels(group)
-        _tally(found.minus, found.plus, found.windows, group.gamma, squares, tally)
-    return tally
+    return _judged(np.ascontiguousarray(sets, dtype=float), squares)[2]
 
 
 def existence_forces(parameters, kind="inner"):
