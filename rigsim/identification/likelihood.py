@@ -175,6 +175,7 @@ def fit(structure, values, run, outputs, band, reach, starts=None):
         weights = weigh(left) if before == np.inf else weights
         before = _cost(left, weights)
         own = freed(columns[..., :count])
+        own[..., : int(structure.base)] = 0.0  # what the record says nothing of stays
         step, error = _newton(lines(own), left, weights, values[:d])
         moved = freed.states(rest - columns[..., :count] @ step)
         size = np.minimum(np.abs(step) / error, np.abs(step / values) / _EXACT).max()

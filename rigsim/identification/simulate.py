@@ -1,8 +1,9 @@
 """What a rig of masses and terms does under a recorded force, and how that depends on each of its parameters.
 
-The masses obey m_i a_i = b_i f(t) - sum_t p_t phi_t(r_t) d_ti. A term acts along a direction d_t between two masses, or
-a mass and the ground; phi_t is any function of the relative displacement or velocity r_t. The derivatives by masses,
-coefficients and first state obey the derivative of that equation and are integrated with it by the classical
+The masses obey m_i a_i = b_i f(t) - sum_t p_t phi_t(r_t) d_ti, or -m_i f(t) in place of b_i f(t) where f is the
+acceleration of the base that they stand on and are displaced from. A term acts along a direction d_t between two
+masses, or a mass and the ground; phi_t is any function of the relative displacement or velocity r_t. The derivatives by
+masses, coefficients and first state obey the derivative of that equation and are integrated with it by the classical
 Runge-Kutta rule, so they are those of the computed motion to rounding. Between samples the force is a polynomial.
 """
 
@@ -40,12 +41,17 @@ class Structure:
         The mass each output belongs to, and which of `SENSED` it is.
     driven : tuple of float
         Share of the recorded force that acts on each mass.
+    base : bool
+        Whether the input is the acceleration of a base (m/s^2), whatever ``driven`` says. Displacements and velocities
+        are relative to it, accelerations are not. Of all parameters only ratios are in such outputs, and a fit keeps
+        the first mass.
     """
 
     masses: tuple
     terms: tuple
     sensors: tuple
     driven: tuple
+    base: bool = False
 
     @property
     def names(self):
@@ -59,28 +65,40 @@ class Structure:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Force samples, what they did between them, and where the motion begins anew: the first sample of each part."""
+    """Samples of the force of one test or more, end to end, and what it did between them.
+
+    ``begins`` are the first samples of each part, where the motion begins anew, and ``joints`` those of each test,
+    where the force does, too.
+    """
 
     force: np.ndarray
     sample_rate: float
     hold: str
     begins: tuple = (0,)
+    joints: tuple = (0,)
 
     def parts(self):
         """Slices of the samples of each part."""
-        return [slice(*ends) for ends in zip(self.begins, (*self.begins[1:], self.force.size), strict=True)]
+        return _slices(self.begins, self.force.size)
 
     def pieces(self):
         """The force over each sample interval, a polynomial of the time in it (s): coefficients, lowest first."""
+        return np.concatenate([self._pieces(self.force[test]) for test in _slices(self.joints, self.force.size)])
+
+    def _pieces(self, force):
         if self.hold == "zero":
-            return self.force[:, None]
+            return force[:, None]
         if self.hold == "linear":
-            return np.column_stack([self.force, np.append(np.diff(self.force), 0.0) * self.sample_rate])
-        samples = np.arange(self.force.size)
-        spline = make_interp_spline(samples, self.force, k=_SMOOTH)
+            return np.column_stack([force, np.append(np.diff(force), 0.0) * self.sample_rate])
+        samples = np.arange(force.size)
+        spline = make_interp_spline(samples, force, k=_SMOOTH)
         return np.column_stack([
             spline(samples, power) * self.sample_rate**power / math.factorial(power) for power in range(_SMOOTH + 1)
         ])  # fmt: skip
+
+
+def _slices(begins, size):
+    return [slice(*ends) for ends in zip(begins, (*begins[1:], size), strict=True)]
 
 
 def simulate(structure, values, run, starts, reach, wanted=(), extra=None, finer=1):
@@ -119,7 +137,10 @@ def simulate(structure, values, run, starts, reach, wanted=(), extra=None, finer
     sensed = np.array([(mass, SENSED.index(what)) for mass, what in structure.sensors])
     extra = np.zeros((run.force.size, 0)) if extra is None else extra
     derived = np.array([*wanted, *[-1] * (2 * d), *[-2] * extra.shape[1]]) if len(wanted) else np.zeros(0, dtype=int)
-    forces, interval, driven = run.pieces(), 1 / run.sample_rate, np.array(structure.driven, dtype=float)
+    forces, interval = run.pieces(), 1 / run.sample_rate
+    driven, carried = np.array(structure.driven, dtype=float) / masses, np.zeros(d)
+    if structure.base:
+        driven, carried = np.zeros(d), np.full(d, -1.0)
     steps = max(1.0, np.ceil(_fastest(structure, values, reach) * interval / _ANGLE)) * finer
     outputs = np.empty((run.force.size, len(sensed)))
     columns = np.empty((run.force.size, len(sensed), derived.size))
@@ -134,7 +155,7 @@ def simulate(structure, values, run, starts, reach, wanted=(), extra=None, finer
         for part in sliced(whole.stop - whole.start, _SLICE):
             part = slice(whole.start + part.start, whole.start + part.stop)
             _march(
-                state, slopes, forces[part], extra[part], interval, int(steps), masses, driven,
+                state, slopes, forces[part], extra[part], interval, int(steps), masses, driven, carried,
                 coefficients, structure.directions(), of_velocity, bent, tables, low, step, derived, sensed,
                 outputs[part], columns[part],
             )  # fmt: skip
@@ -191,8 +212,8 @@ def _law(table, low, step, r):
 
 @compiled
 def _march(
-    state, slopes, forces, extra, interval, steps, masses, driven, coefficients, directions, of_velocity, bent, tables,
-    low, step, derived, sensed, outputs, columns,
+    state, slopes, forces, extra, interval, steps, masses, driven, carried, coefficients, directions, of_velocity, bent,
+    tables, low, step, derived, sensed, outputs, columns,
 ):  # fmt: skip
     """Take a state and its derivatives over the next samples, and write down what the sensors see before each."""
     d, count, terms = masses.size, derived.size, coefficients.size
@@ -231,7 +252,7 @@ def _march(
                     f = forces[k, power] + t * f
                 for i in range(d):
                     rate[i] = x[d + i]
-                    force = driven[i] * f / masses[i]
+                    force = (driven[i] + carried[i]) * f
                     for j in range(2 * d):
                         tangent[i, j] = linear[i, j]
                         force += linear[i, j] * x[j]
@@ -267,15 +288,15 @@ def _march(
                             for i in range(d):
                                 drate[d + i, j] -= phi[p - d] * directions[p - d, i] / masses[i]
                         elif p >= 0:
-                            drate[d + p, j] -= rate[d + p] / masses[p]
+                            drate[d + p, j] -= (rate[d + p] - carried[p] * f) / masses[p]
                         elif p == -2:
                             for i in range(d):
-                                drate[d + i, j] += driven[i] * extra[k, places] / masses[i]
+                                drate[d + i, j] += (driven[i] + carried[i]) * extra[k, places]
                             places += 1
                 if stage == 0 and part == 0:
                     for i in range(sensed.shape[0]):
                         place, what = sensed[i, 0] + d * min(sensed[i, 1], 1), sensed[i, 1]
-                        outputs[k, i] = x[place] if what < 2 else rate[place]
+                        outputs[k, i] = x[place] if what < 2 else rate[place] - carried[sensed[i, 0]] * f
                         for j in range(count):
                             columns[k, i, j] = dx[place, j] if what < 2 else drate[place, j]
                 for i in range(2 * d):

@@ -1,5 +1,7 @@
 """The simulated rig against the tests' own integrator, and its derivatives against differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -100,3 +102,26 @@ def test_a_rig_far_too_fast_for_its_samples_is_no_motion():
     values = VALUES * [1, 1, 1e9, 1, 1, 1, 1]
     outputs, _ = simulate(RIG, values, Run(np.ones(10), 2000.0, "zero"), REST, np.ones(5))
     assert np.isnan(outputs).all()
+
+
+def test_a_base_moves_the_masses_as_forces_in_proportion_to_them():
+    record = cubic_record(duration=2)
+    run, reach = Run(record.force, 2000.0, "linear"), reach_of(record)
+    shaken = replace(RIG, driven=(-P.ms, -P.m))
+    based = replace(RIG, driven=(0.0, 0.0), base=True)
+    expected, _ = simulate(shaken, VALUES, run, REST, reach)
+    found, columns = simulate(based, VALUES, run, REST, reach, range(7))
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+    # All parameters times one factor are the same rig.
+    np.testing.assert_allclose(columns[..., :7] @ VALUES, 0.0, atol=1e-9 * np.abs(columns[..., 2] * P.ks).max())
+    absolute = replace(based, sensors=((0, "acceleration"), (1, "acceleration")))
+    relative = replace(shaken, sensors=absolute.sensors)
+    felt = simulate(absolute, VALUES, run, REST, reach)[0] - record.force[:, None]
+    np.testing.assert_allclose(felt, simulate(relative, VALUES, run, REST, reach)[0], atol=1e-10 * np.abs(felt).max())
+
+
+def test_the_force_of_one_test_knows_nothing_of_the_next():
+    force = np.random.default_rng(1).normal(size=400)
+    both = Run(force, 2000.0, "band-limited", (0, 150, 200), (0, 200)).pieces()
+    alone = [Run(part, 2000.0, "band-limited").pieces() for part in np.split(force, 2)]
+    np.testing.assert_array_equal(both, np.concatenate(alone))
