@@ -116,6 +116,22 @@ class OscillatorParameters(_Table):
 
 
 @dataclass(frozen=True)
+class MassParameters(_Table):
+    """One mass on a spring and a damper to the ground: m x'' + c x' + k1 x + k3 x^3 = f.
+
+    Raises
+    ------
+    ValueError
+        If the mass is not above zero, or another value is negative or not finite.
+    """
+
+    m: float = _quantity("kg", "mass", **_POSITIVE)
+    c: float = _quantity("N s/m", "damping", **_NOT_NEGATIVE)
+    k1: float = _quantity("N/m", "linear stiffness", **_NOT_NEGATIVE)
+    k3: float = _quantity("N/m^3", "cubic stiffness", **_NOT_NEGATIVE)
+
+
+@dataclass(frozen=True)
 class RigParameters(_Table):
     """The multi-body rig in the vertical plane; the defaults are the paper's (Tables 1 and 2).
 

@@ -88,11 +88,13 @@ def curve_probability(identification, force=None, samples=1000, seed=2014):
     Raises
     ------
     ValueError
-        If an input is not allowed or the identification has no errors.
+        If an input is not allowed, or the identification has no errors or is not of two masses that a force shakes.
     """
     identification = checks.instance("identification", identification, Identification, "an Identification")
     if identification.errors is None:
         raise ValueError("identification.errors is None; expected an identification whose parameters have errors")
+    if identification.record.mass is None or identification.record.base:
+        raise ValueError("identification is of one mass, or on a base; expected one of two masses that a force shakes")
     samples = checks.integer("samples", samples, low=1, high=100_000)
     generator = np.random.default_rng(checks.seed("seed", seed))
     parameters = identification.parameters

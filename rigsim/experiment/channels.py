@@ -10,9 +10,9 @@ KINDS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}  # of 
 OUTPUTS = ("shaker", "mass")
 # What a file may say of a record beside its channels, and as what: fields of a record, and what is read and then gone.
 DETAILS = {"sample_rate": (int, float), "hold": (str,), "seed": (int, float), "start": (str,), "parameters": (dict,)}
-DETAILS |= {"step": (int, float), "kinds": (dict,)}
+DETAILS |= {"step": (int, float), "kinds": (dict,), "base": (bool,), "joints": (list, tuple)}
 BESIDES = {"samples": (int,), "units": (dict,)}
-_EXPECTED = {int: "a number", str: "a text", dict: "an object"}
+_EXPECTED = {int: "a number", str: "a text", dict: "an object", bool: "true or false", list: "a list"}
 
 
 def checked_details(path, details):
@@ -20,7 +20,7 @@ def checked_details(path, details):
     known = DETAILS | BESIDES
     for name, value in details.items():
         kind = known[checks.one_of(f"detail in {path}", name, tuple(known))]
-        if not isinstance(value, kind) or isinstance(value, bool):
+        if not isinstance(value, kind) or (isinstance(value, bool) and kind != (bool,)):
             told = f"{name} in {path} = {reprlib.repr(value)}"
             raise ValueError(f"{told} is not allowed; expected {_EXPECTED[kind[0]]}")
     return dict(details)

@@ -20,7 +20,9 @@ from .formats import READERS, chosen
 from .formats.units import SI, bare, is_unit, plain, role_of, unit_of
 
 _ROLES = (*UNITS, "time")
-_QUANTITIES = {"force": ("force",), "tilt": ("angle",), "time": ("time",)} | dict.fromkeys(OUTPUTS, tuple(KINDS))
+_QUANTITIES = {"force": ("force", "acceleration"), "tilt": ("angle",), "time": ("time",)} | dict.fromkeys(
+    OUTPUTS, tuple(KINDS)
+)
 _SHOWN = 12  # columns in a message
 EXAMPLE = 'channels={"force": ..., "shaker": ..., "mass": ...}'
 
@@ -252,6 +254,7 @@ def _scales(path, contents, details, found, units, notes):
         unit = bare(column.name)[1]
         _, word = role_of(plain(column.name))
         kind = kinds.get(role) or (word if role in OUTPUTS else "")
+        kind = "acceleration" if role == "force" and details.get("base") else kind
         quantities = (kind,) if kind else _QUANTITIES[role]
         sources = {f"{path}": column.unit, f"the name {column.name!r}": unit, "the first line": told.get(role, ""),
                    "units=": units.get(role, "")}  # fmt: skip
@@ -264,6 +267,9 @@ def _scales(path, contents, details, found, units, notes):
         scales[role] = factor
         if role in OUTPUTS:
             said[role] = quantity
+        elif quantity == "acceleration" and not details.get("base"):
+            details["base"] = True
+            notes.append("the force as the acceleration of a base, by its unit")
         if role in OUTPUTS and quantity != "displacement" and not kinds:
             notes.append(f"{role} as {quantity}, by its {'unit ' + unit if unit else 'name'}")
     taken = [f"{role} in {SI[said.get(role, _QUANTITIES[role][0])]}" for role in assumed if role != "time"]

@@ -9,7 +9,7 @@ from .. import checks
 def realigned(record, delay=None, clock=None, reverse=(), swap=False, spikes=None):
     """See `Record.realigned`."""
     n, rate = record.force.size, record.sample_rate
-    most = n / 4 / rate
+    most = min(test.force.size for test in record.tests) / 4 / rate
     delay = _by_channel("delay", delay, record, lambda name, late: checks.real(name, late, "s", low=-most, high=most))
     clock = _by_channel("clock", clock, record, lambda name, fast: checks.real(name, fast, "ppm", low=-1e5, high=1e5))
     spikes = _by_channel("spikes", spikes, record, lambda name, at: checks.integers(name, at, low=0, high=n - 1))
@@ -21,6 +21,14 @@ def realigned(record, delay=None, clock=None, reverse=(), swap=False, spikes=Non
     channels = {name: -values if name in reverse else values for name, values in channels.items()}
     for name, places in spikes.items():
         channels[name] = _without(channels[name], places)
+    record = record.replace(kinds=kinds, **channels)
+    return type(record).joined([_moved(test, delay, clock) for test in record.tests]) if delay or clock else record
+
+
+def _moved(record, delay, clock):
+    """One test with its outputs earlier by a delay (s), and by another clock (ppm)."""
+    n, rate = record.force.size, record.sample_rate
+    channels = {name: getattr(record, name) for name in record.kinds}
     at = {name: np.arange(n, dtype=float) for name in channels}
     for name, ppm in clock.items():
         at[name] = at[name] / (1 + 1e-6 * ppm)
@@ -33,7 +41,7 @@ def realigned(record, delay=None, clock=None, reverse=(), swap=False, spikes=Non
         moved[name] = CubicSpline(np.arange(n), channels[name])(at[name][kept])
     tilt = None if record.tilt is None else record.tilt[kept]
     start = record.start if first == 0 else None
-    return record.replace(force=record.force[kept], tilt=tilt, start=start, kinds=kinds, **moved)
+    return record.replace(force=record.force[kept], tilt=tilt, start=start, **moved)
 
 
 def _is_none(names):

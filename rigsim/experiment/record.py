@@ -48,6 +48,11 @@ class Record(Result):
     kinds : dict of str to str, optional
         What "shaker" and "mass" are, "displacement" (the default, m), "velocity" (m/s) or "acceleration" (m/s^2);
         always whole in the record.
+    base : bool
+        Whether there was no force, and ``force`` is the acceleration of the base that the rig stands on (m/s^2).
+        Displacements and velocities are then relative to the base; accelerations are not.
+    joints : tuple of int
+        First sample of each test, where there are several, end to end; see `joined`.
 
     Raises
     ------
@@ -67,12 +72,15 @@ class Record(Result):
     parameters: object = None
     step: float | None = None
     kinds: dict | None = None
+    base: bool = False
+    joints: tuple = (0,)
 
     plots = {"record": "record_figure"}
 
     def __post_init__(self):
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         kinds = checked_kinds(self.kinds)
+        set_field("base", checks.flag("base", self.base))
         set_field("kinds", {name: kind for name, kind in kinds.items() if name == "shaker" or self.mass is not None})
         for name in UNITS:
             values = getattr(self, name)
@@ -97,6 +105,55 @@ class Record(Result):
             set_field("step", checks.real("step", self.step, "s", low=0.0, low_open=True, high=longest))
         if self.parameters is not None:
             parameters.oscillator_of(self.parameters)
+        joints = checks.integers("joints", self.joints, low=0, high=self.force.size - 2)
+        if joints[:1] != (0,) or (np.diff(joints) < 2).any():
+            raise ValueError(f"joints = {joints} is not allowed; expected 0 and, two samples apart, where others begin")
+        set_field("joints", joints)
+
+    @classmethod
+    def joined(cls, records):
+        """Several tests of one rig, at whatever levels, as one record that knows where each of them begins.
+
+        Parameters
+        ----------
+        records : sequence of Record
+            With the same channels, kinds, sample rate and hold.
+
+        Raises
+        ------
+        ValueError
+            If there is none, or two differ in what they should share.
+        """
+        records = checks.one_or_many("records", records, cls, "a Record")
+        if not records:
+            raise ValueError("records = [] is not allowed; expected a Record or several")
+        for name in ("sample_rate", "hold", "kinds", "base"):
+            values = [getattr(record, name) for record in records]
+            if any(value != values[0] for value in values):
+                other = next(value for value in values if value != values[0])
+                raise ValueError(f"{name} of the records = {values[0]} and {other}; expected one for all")
+        if len(records) == 1:
+            return records[0]
+        tilted = all(record.tilt is not None for record in records)
+        names = [name for name in UNITS if name in records[0].kinds or name == "force" or (name == "tilt" and tilted)]
+        channels = {name: np.concatenate([getattr(record, name) for record in records]) for name in names}
+        ends = np.cumsum([0, *(record.force.size for record in records)])
+        joints = [joint + end for record, end in zip(records, ends, strict=False) for joint in record.joints]
+        same = records[0].parameters if all(r.parameters == records[0].parameters for r in records) else None
+        unknown = {"seed": None, "start": None, "step": None, "tilt": None}
+        return records[0].replace(**unknown | channels, parameters=same, joints=tuple(joints))
+
+    @property
+    def tests(self):
+        """The tests it is made of, a list of records."""
+        ends = (*self.joints[1:], self.force.size)
+        if len(ends) == 1:
+            return [self]
+        parts = [slice(*part) for part in zip(self.joints, ends, strict=True)]
+        return [
+            self.replace(joints=(0,), **{name: values[part] for name, values in self.channels.items()})
+            for part in parts
+        ]  # fmt: skip
 
     def replace(self, **changes):
         """A copy with some fields changed, checked again."""
@@ -134,6 +191,7 @@ class Record(Result):
     def units(self):
         """Unit of each channel there is, by name."""
         outputs = {name: KINDS[kind] for name, kind in self.kinds.items()}
+        outputs |= {"force": KINDS["acceleration"]} if self.base else {}
         there = [name for name in UNITS if name not in ("mass", "tilt") or getattr(self, name) is not None]
         return {name: outputs.get(name, UNITS[name]) for name in there}
 
@@ -162,9 +220,11 @@ class Record(Result):
         name, largest = ("|xs - x|", signals["relative"]) if known else ("|shaker|", self.shaker)
         unit = self.units["shaker"]
         scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
+        tests = f" in {len(self.joints)} tests" if len(self.joints) > 1 else ""
         return (
-            f"Record of {self.duration:g} s at {self.sample_rate:g} Hz ({self.force.size} samples): force "
-            f"{self.force.std():.4g} N rms ({self.hold} hold), largest {name} {scale * abs(largest).max():.4g} {unit}"
+            f"Record of {self.duration:g} s{tests} at {self.sample_rate:g} Hz ({self.force.size} samples): force "
+            f"{self.force.std():.4g} {self.units['force']} rms ({self.hold} hold), "
+            f"largest {name} {scale * abs(largest).max():.4g} {unit}"
         )
 
     def table(self):

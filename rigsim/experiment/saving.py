@@ -73,8 +73,8 @@ def tested(path, values):
 def _details(record):
     """What the header of a file says, without what is unknown."""
     details = {name: getattr(record, name) for name in DETAILS} | {"samples": record.force.size}
-    if record.kinds == checked_kinds(None):
-        del details["kinds"]
+    usual = {"kinds": checked_kinds(None), "base": False, "joints": (0,)}
+    details = {name: value for name, value in details.items() if value != usual.get(name)}
     if record.parameters is not None:
         details["parameters"] = {"kind": type(record.parameters).__name__, **asdict(record.parameters)}
     return {name: value for name, value in details.items() if value is not None}

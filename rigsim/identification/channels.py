@@ -2,22 +2,39 @@
 
 import numpy as np
 from scipy import signal
+from scipy.constants import standard_gravity
 
+from .layout import powers_of
 from .troubles import Trouble
 
 _HELD = 0.3  # of the samples repeat the one before
 _ENDS = 5  # samples in a row at the largest value
 _RICH = 0.99  # of the force's power in the band
+_SURVIVED = 100.0  # times gravity, rms
 _NOTHING = 1e-4  # of an output's deviation
 
 
 def channel_troubles(record, band, order):
-    """Clipping, samples held from a slower recorder, a force of few lines: `Trouble` each."""
+    """Clipping, samples held from a slower recorder, a force of few lines, absurd units: `Trouble` each."""
     found = []
-    for name in ("force", "shaker", "mass"):
+    for name in ("force", *record.kinds):
         values = getattr(record, name)
         found += [*_clipped(name, values), *_held(name, values)]
-    return found + _poor_force(record, band, order)
+    return found + _poor_force(record, band, order) + _absurd(record, band)
+
+
+def _absurd(record, band):
+    """Motions that no rig survives: those in a wrong unit."""
+    found = []
+    for (name, kind), power in zip(record.kinds.items(), powers_of(record), strict=True):
+        frequency, density = signal.periodogram(getattr(record, name), record.sample_rate, window="hann")
+        inside = (frequency >= band[0]) & (frequency <= band[1])
+        squares = density[inside] * (2 * np.pi * frequency[inside]) ** (4 - 2 * power)
+        rms = np.sqrt(squares.sum() * frequency[1])
+        if rms > _SURVIVED * standard_gravity:
+            told = f"{name} would be accelerated by {rms / standard_gravity:.2g} times gravity (rms, in the band)"
+            found.append(Trouble("unit", f"{told}: is its unit right, {record.units[name]} for a {kind}?"))
+    return found
 
 
 def _clipped(name, values):

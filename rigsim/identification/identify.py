@@ -9,28 +9,33 @@ from .. import checks
 from ..blas import one_blas_thread
 from ..campaign.cost import affordable
 from ..campaign.progress import reporting
-from ..experiment.record import UNITS, Record
+from ..experiment.record import Record
 from ..model.modes import Modes, largest_to_one
-from ..parameters import OscillatorParameters
 from . import nsi, physical
 from .alignment import brought_together
 from .channels import channel_troubles
-from .receptance import fit_rational_fraction
-from .refine import fit_to_lines, refine_state_space
-from .result import RESOLUTION, Identification, frequencies
-from .subspace import dynamics, extended_gram, fit_input_matrices
+from .layout import direct, displacing, layout_of, outputs_of, powers_of
+from .likeliest import cubic_starts, simulated_motion
+from .model import displacements, extended_model
+from .receptance import RESOLUTION, fit_rational_fraction, frequencies
+from .refine import response_deviations
+from .result import Identification
+from .simulate import displaced
 from .terms import Term
 from .trust import trusted
 from .verdict import judged
 
 _MATRICES, _LINE, _SAMPLE = 8, 6e4, 1e3  # of all block rows, in memory at once; bytes a frequency and a sample
 _STEPS = 8  # of work
+_ROUNDS = 2
 _APART = 0.05  # of an output left: the channels may not belong together as they are told
 _BETTER = 1.5  # times less left once they are brought together
 
 
 @one_blas_thread
-def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *, terms=(), noise=None, progress=False):
+def identify(
+    record, order=None, block_rows=40, band=(2, 80), conversion="force", *, terms=(), noise=None, progress=False
+):
     """`Identification` of the rig from a random test.
 
     1. Extended inputs u = [f, -z^3], outputs [xs, x]; z = xs - x about the zero of the springs,
@@ -45,12 +50,16 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
        (`likelihood`), its errors (`uncertainty`) and what the rest says against it (`troubles`). Before all
        else the channels are brought together (`alignment`); what was mended is told.
 
+    A record of one sensor is that of one mass on a spring to the ground: y = [x], z = x. Where outputs are velocities
+    or accelerations, or the input is that of a base, step 6 comes first, from the linear response, and the simulated z
+    takes the place of a measured one: nothing is integrated in time, receptances are divided by powers of i omega.
+
     Parameters
     ----------
-    record : Record
-        Force, shaker and mass under a force that excites the whole band.
-    order : int
-        Order of the model, even: two a mode. The rig has 4.
+    record : Record or sequence of Record
+        Force and motions under a force that excites the whole band; several tests of one rig are joined.
+    order : int, optional
+        Order of the model, even: two a mode. By default that of the rig, 4, or 2 of one mass.
     block_rows : int
         Block rows of the past and of the future in the subspace step.
     band : pair of float
@@ -68,15 +77,11 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
     Raises
     ------
     ValueError
-        If the record is no `Record`, has too few samples for the block rows or a channel that does not
-        vary, if the order is odd or too large, the band empty or beyond half the sample
-        rate, or the conversion unknown.
+        If the record is no `Record` or no rig is to be read from it, has too few samples for the
+        block rows or a channel that does not vary, if the order is odd or too large, the band
+        empty or beyond half the sample rate, or the conversion unknown or not for such a record.
     """
-    if not isinstance(record, Record):
-        raise ValueError(f"record is a {type(record).__name__}; expected a Record")
-    if record.mass is None or set(record.kinds.values()) != {"displacement"}:
-        given = ", ".join(f"{name}: {kind}" for name, kind in record.kinds.items())
-        raise ValueError(f"outputs of the record = {given}; expected displacements of shaker and mass")
+    record = Record.joined(checks.one_or_many("record", record, Record, "a Record"))
     order, block_rows = _checked_orders(order, block_rows, record)
     progress = checks.progress(progress)
     conversion = checks.one_of("conversion", conversion, nsi.CONVERSIONS)
@@ -89,16 +94,18 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
             f"band = {frequency[0]:g} to {frequency[-1]:g} Hz has {lines} lines in {record.duration:g} s of record; "
             f"expected at least {needed} for order = {order}"
         )
-    for name in ("force", "shaker", "mass", "relative"):
-        channel = checks.array(name, getattr(record, name), UNITS.get(name, "m"))
-        if not np.ptp(channel) > 1e-12 * np.abs(channel).max():
+    if conversion != "force" and not direct(record):
+        raise ValueError(
+            f'conversion = "{conversion}" is not allowed; expected "force" where displacements were not measured'
+        )
+    for name, channel in record.signals.items():
+        if name != "tilt" and not np.ptp(channel) > 1e-12 * np.abs(channel).max():
             raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
 
-    terms, noise = _checked_terms(terms), _checked_noise(noise)
+    terms, noise = _checked_terms(terms, layout_of(record)), _checked_noise(noise)
     reading = {"order": order, "block_rows": block_rows, "band": band, "conversion": conversion, "terms": terms}
     with reporting(progress, _STEPS, "identification") as report:
-        found = _read(record, report, **reading)
-        mended = []
+        found, mended = _read(record, report, **reading), []
         if conversion == "force" and found.trust.left.max() > _APART:
             found, mended = _brought_together(found, record, report, reading)
         trust = found.trust
@@ -107,6 +114,8 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
             other = _read(trust.record, report, taken=taken, **reading)  # it went astray before the mend
             if other.trust.left.max() < trust.left.max():
                 found, mended = other, taken
+        if not direct(record) and found.trust.fit:
+            found = _with_simulated_motion(found, report, reading)
         report(_STEPS)
     told = channel_troubles(record, band, order)
     return found.told(record, told, mended, noise)
@@ -123,26 +132,32 @@ def _brought_together(found, record, report, reading):
             if troubles:
                 other = _read(together, report, guess=guess, taken=troubles, **reading)
             else:  # the same record, from another start
-                other = replace(found, trust=trusted(record, _starts(found.values, guess), *asked))
+                other = replace(found, trust=trusted(record, _starts(record, asked[0], found.values, guess), *asked))
             if other.trust.left.max() < least:
                 found, mended, least = other, troubles, other.trust.left.max()
     if found.trust.fit is None and all(trouble.mend for trouble in mended):
-        found = replace(found, trust=trusted(record, [found.values], *asked, sensitive=True))
+        found = replace(
+            found, trust=trusted(record, _starts(record, asked[0], found.values, None), *asked, sensitive=True)
+        )
     return found, mended
 
 
-def _starts(values, guess):
-    """Values to start from: those of H_E, and others of the linear rig with either cubic coefficient."""
-    return [values] if guess is None else [values, np.append(guess, 0.0), np.append(guess, values[6])]
+def _starts(record, band, values, guess):
+    """Values to start from: those of H_E, and others of the linear rig with some cubic coefficients."""
+    starts = [values]
+    if guess is not None:
+        more = () if direct(record) else cubic_starts(record, guess, band)
+        starts += [np.append(guess, 0.0), np.append(guess, values[-1]), *more]
+    return [start / start[0] for start in starts] if record.base else starts
 
 
-def _paper_s_fit(frequency, extended):
+def _paper_s_fit(layout, frequency, extended):
     """The paper's steps: one number for the coefficient, its mean; the linear parameters from H11, H21 and H22."""
-    distinct = nsi.underlying_receptance(extended)[:, [0, 1, 1], [0, 0, 1]]
-    fraction = fit_rational_fraction(frequency, distinct, 1 / np.abs(distinct), (2, 1, 2), 4)
-    model_of = lambda values: physical.oscillator_receptance(values, frequency)[:, [0, 1, 1], [0, 0, 1]]  # noqa: E731
-    start = physical.parameters_of_fraction(fraction)
-    values, misfit = physical.fit_parameters(model_of, distinct, 1 / np.abs(distinct), start)
+    distinct = layout.distinct(nsi.underlying_receptance(extended))
+    fraction = fit_rational_fraction(frequency, distinct, 1 / np.abs(distinct), layout.degrees, layout.order)
+    model_of = lambda values: layout.distinct(layout.receptance(values, frequency))  # noqa: E731
+    start = layout.of_fraction(fraction)
+    values, misfit = physical.fit_parameters(model_of, distinct, 1 / np.abs(distinct), start, layout.least[:-1])
     return fraction, np.append(values, nsi.nonlinear_coefficient(extended).real.mean()), misfit
 
 
@@ -150,7 +165,10 @@ def _paper_s_fit(frequency, extended):
 class _Read:
     """What the steps of `identify` made of a record."""
 
+    layout: object
     conversion: str
+    terms: tuple
+    relative: np.ndarray
     singular_values: np.ndarray
     model: object
     unexplained: np.ndarray
@@ -159,47 +177,93 @@ class _Read:
     fraction: object
     values: np.ndarray
     misfit: float
+    deviation: np.ndarray
     trust: object
 
     def told(self, record, channels, mended, noise):
         """As an `Identification`."""
-        h11, h21, h22 = self.fraction(self.frequency).T
-        fitted = np.stack([h11, h21, h21, h22], axis=1).reshape(-1, 2, 2)
+        fitted = self.layout.whole(self.fraction(self.frequency))
         used, band = record if self.trust is None else self.trust.record, (self.frequency[0], self.frequency[-1])
-        folded = nsi.folded_share(used.relative, used.sample_rate, band)
+        folded = nsi.folded_share(self.relative, used.sample_rate, band)
         try:
-            read = OscillatorParameters(*np.maximum(self.values, 0.0))
+            read = self.layout.parameters(*np.maximum(self.values, 0.0))
         except ValueError as error:
             told = "; ".join(trouble.message for trouble in (*channels, *mended))
             raise ValueError(f"no rig is to be read from this record: {told or error}") from None
-        nominal = None if record.parameters is None else record.parameters.oscillator
+        known = record.parameters is not None and record.mass is not None and not record.base
+        nominal = record.parameters.oscillator if known else None
+        modes = _modes(self.model, powers_of(used))
         return Identification(
-            singular_values=self.singular_values, modes=_modes(self.model), frequency=self.frequency,
+            singular_values=self.singular_values, modes=modes, frequency=self.frequency,
             extended_receptance=self.extended, receptance=nsi.underlying_receptance(self.extended),
             fitted_receptance=fitted, fraction=self.fraction,
-            nonlinear_coefficient=nsi.nonlinear_coefficient(self.extended), misfit=self.misfit,
-            unexplained=self.unexplained, state_space=self.model, hold=used.hold, conversion=self.conversion,
-            nominal=nominal, read=read,
+            nonlinear_coefficient=nsi.nonlinear_coefficient(self.extended),
+            nonlinear_half_width=self._nonlinear_half_width(), misfit=self.misfit,
+            unexplained=self.unexplained, state_space=self.model, terms=self.terms, hold=used.hold,
+            conversion=self.conversion, nominal=nominal, read=read,
             **judged(
-                used, band, _modes(self.model), self.values, self.misfit, folded, self.trust, mended, channels, noise
+                used, band, modes, self.values, self.misfit, folded, self.trust, mended, channels, noise
             ),
         )  # fmt: skip
 
+    def _nonlinear_half_width(self):
+        """Of k3(omega): what noise does to it, and how far its mean is from the likeliest rig's, which is no noise."""
+        fit = None if self.trust is None else self.trust.fit
+        apart = 0.0 if fit is None else abs(self.values[-1] - fit.values[fit.structure.names.index("k3")])
+        return 1.96 * self.deviation + apart
+
 
 def _read(record, report, order, block_rows, band, conversion, terms, guess=None, taken=()):
-    """Steps 1 to 6 of `identify`; ``guess`` are ms, ks, cs, m, c, k1 from elsewhere."""
-    frequency = frequencies(band, record.sample_rate)
-    singular_values, inputs, model, noise, unexplained = _model(record, order, block_rows, band, report)
-    extended = nsi.extended_receptance(model, frequency, record.hold, conversion)
-    trust = None
+    """Steps 1 to 6 of `identify`; ``guess`` are the linear parameters from elsewhere."""
+    layout, asked, trust = layout_of(record), (order, block_rows, band, conversion), None
+    read = _by_subspace(displacements(record, band), report, *asked)
+    starts = _starts(record, band, read["values"], guess)
+    for _ in range(0 if displacing(record) else _ROUNDS):  # the simulated z is better than one from lines of a band
+        relative = simulated_motion(record, starts, band)
+        if relative is None:
+            break
+        read = _by_subspace(record, report, *asked, relative)
+        starts = _starts(record, band, read["values"], None) + starts
+    report(6)
     if conversion == "force":
+        trust = trusted(record, starts, band, terms, taken=taken)
+    return _Read(layout, conversion, terms, trust=trust, **read)
+
+
+def _with_simulated_motion(found, report, reading):
+    """The same with the z of the likeliest rig, and outputs as they were measured."""
+    best = found.trust.fit
+    relative = found.layout.across(displaced(best.structure, best.values, best.run, best.starts, best.reach)[0])
+    asked = (reading[name] for name in ("order", "block_rows", "band", "conversion"))
+    return replace(found, **_by_subspace(found.trust.record, report, *asked, relative))
+
+
+def _by_subspace(record, report, order, block_rows, band, conversion, relative=None):
+    """Steps 1 to 5, fields of `_Read`; ``relative`` is z where it was simulated."""
+    layout, frequency, powers = layout_of(record), frequencies(band, record.sample_rate), powers_of(record)
+    singular_values, inputs, model, noise, unexplained = extended_model(
+        record, order, block_rows, band, report, relative
+    )
+    sampled = nsi.extended_receptance(model, frequency, record.hold, conversion)
+    extended = nsi.of_displacements(sampled, frequency, powers, record.base)
+    if conversion == "force":
+        # A unit of misfit of a displacement's receptance is one of its output's times powers of omega.
         weight = _weights(inputs, noise, record.sample_rate, frequency)
-        fraction, values, misfit = _fit(frequency, extended, weight)
-        report(6)
-        trust = trusted(record, _starts(values, guess), band, terms, taken=taken)
+        weight = weight * (2 * np.pi * frequency[:, None, None]) ** np.array(powers)[:, None]
+        fraction, values, misfit = _fit(layout, frequency, extended, weight)
+        lines = inputs, outputs_of(record), noise, band, record.joints
+        spread = response_deviations(model, *lines, frequency)
+        # For an error's sake the sampled response will do as the one behind the hold.
+        deviation = nsi.coefficient_deviation(sampled, spread, frequency, powers, record.base)
     else:
-        fraction, values, misfit = _paper_s_fit(frequency, extended)
-    return _Read(conversion, singular_values, model, unexplained, frequency, extended, fraction, values, misfit, trust)
+        fraction, values, misfit = _paper_s_fit(layout, frequency, extended)
+        deviation = np.full(frequency.size, np.nan)
+    return {
+        "relative": layout.across(outputs_of(record)) if relative is None else relative,
+        "singular_values": singular_values, "model": model, "unexplained": unexplained, "frequency": frequency,
+        "extended": extended, "fraction": fraction, "values": values, "misfit": misfit,
+        "deviation": deviation,
+    }  # fmt: skip
 
 
 def _refuse_endless(record, block_rows, band):
@@ -215,14 +279,16 @@ def _refuse_endless(record, block_rows, band):
     )  # fmt: skip
 
 
-def _checked_terms(terms):
+def _checked_terms(terms, layout):
     terms = () if isinstance(terms, (tuple, list)) and not terms else checks.one_or_many("terms", terms, Term, "a Term")
-    names = [*physical.NAMES, *(term.name for term in terms)]
+    names = [*layout.names, *(term.name for term in terms)]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(
-                f"terms name {name} twice; expected names of their own, none of {', '.join(physical.NAMES)}"
-            )
+            raise ValueError(f"terms name {name} twice; expected names of their own, none of {', '.join(layout.names)}")
+    for term in terms:
+        if max(term.between) >= len(layout.masses):
+            least = f"masses of the record, numbers below {len(layout.masses)}"
+            raise ValueError(f"term {term.name} is between {term.between}; expected {least}")
     return tuple(terms)
 
 
@@ -236,77 +302,17 @@ def _checked_noise(noise):
 
 
 def _checked_orders(order, block_rows, record):
-    block_rows = checks.integer("block_rows", block_rows, low=4)
-    order = checks.integer("order", order, low=4, high=block_rows)
+    block_rows, least = checks.integer("block_rows", block_rows, low=4), layout_of(record).order
+    order = least if order is None else checks.integer("order", order, low=least, high=block_rows)
     if order % 2:
         raise ValueError(f"order = {order} is not allowed; expected an even number, two a mode")
-    # As many Hankel columns as rows of all four channels: fewer, and past and future span everything.
-    needed = 2 * block_rows * 4 + 2 * block_rows - 1
-    n = record.force.size
+    # As many Hankel columns as rows of all channels: fewer, and past and future span everything.
+    needed = 2 * block_rows * (2 + len(record.kinds)) + 2 * block_rows - 1
+    n = min(test.force.size for test in record.tests)
     if n < needed:
-        raise ValueError(f"record has {n} samples; expected at least {needed} for block_rows = {block_rows}")
+        which = "record" if len(record.joints) == 1 else "shortest test of the record"
+        raise ValueError(f"{which} has {n} samples; expected at least {needed} for block_rows = {block_rows}")
     return order, block_rows
-
-
-def _model(record, order, block_rows, band, report):
-    """Singular values and inputs, then what `refine_state_space` returns.
-
-    The z that a first model gives is without the measurement's noise, which its cube is biased by. But where
-    the nonlinear force is strong that model's error grows in it, so the z that leaves less unexplained is cubed.
-    """
-    outputs = np.column_stack([record.shaker, record.mass])
-    mean = record.relative.mean()
-    w = record.relative - mean
-    # About the mean -z^3 is a sum of these columns and constants, so one Gram matrix serves any zero of the springs.
-    channels = np.column_stack([nsi.extended_inputs(record.force, w), w**2, outputs])
-    deviation = channels.std(axis=0)
-    gram = extended_gram((channels - channels.mean(axis=0)) / deviation, 2 * block_rows)
-    e = _springs_zero(record, channels, gram, deviation, order, block_rows, band)
-    report(2)
-    inputs = nsi.extended_inputs(record.force, w - e)
-    mixed = np.eye(5)[[0, 1, 3, 4]]
-    mixed[1] = [0, 1, 3 * e, -3 * e**2, 3 * e**2]
-    scale = np.concatenate([inputs.std(axis=0), deviation[3:]])
-    mixed *= deviation / scale[:, None]
-    gram = (mixed @ (gram.reshape(-1, 5, len(gram)).transpose(1, 0, 2).reshape(5, -1))).reshape(4, -1, len(gram))
-    gram = gram.transpose(1, 0, 2).reshape(-1, 2 * block_rows, 5) @ mixed.T
-    A, C, singular_values = dynamics(gram.reshape(len(gram), -1), scale, 2, order)
-    report(3)
-    measured = _refined(fit_to_lines(A, C, inputs, outputs, record.sample_rate, band), inputs, outputs, band)
-    report(4)
-    model = fit_input_matrices(measured[0].A, measured[0].C, inputs, outputs, record.sample_rate)
-    shaker, mass = (model.simulate(inputs) - model.offset).T
-    modelled_inputs = nsi.extended_inputs(record.force, shaker - mass)
-    modelled = _refined(model, modelled_inputs, outputs, band)
-    if np.linalg.norm(modelled[2] / measured[2]) < np.sqrt(2):
-        return singular_values, modelled_inputs, *modelled
-    return singular_values, inputs, replace(measured[0], start=model.start, offset=model.offset), *measured[1:]
-
-
-def _springs_zero(record, channels, gram, deviation, order, block_rows, band):
-    """Reading of z, about its mean, at which the springs' cubic force is zero: an offset of the sensors.
-
-    With w about the mean and z = w - e, -z^3 = -w^3 + 3 e w^2 - 3 e^2 w + e^3. The last two are a stiffness and a
-    constant, so [f, -w^3, w^2] are inputs of an exact linear model, whose last column is 3 e times the second.
-    ``gram`` is that of the ``channels`` (n, 5), these inputs and the outputs, over their ``deviation``.
-    """
-    inputs, outputs = channels[:, :3], channels[:, 3:]
-    rows = 10 * max(block_rows // 2, order)  # the model is refined below: half the block rows do
-    A, C, _ = dynamics(gram[:rows, :rows], deviation, 3, order)
-    model = fit_to_lines(A, C, inputs, outputs, record.sample_rate, band)
-    model, noise, _ = refine_state_space(model, inputs, outputs, band)
-    frequency = frequencies(band, record.sample_rate)
-    response = nsi.extended_receptance(model, frequency, record.hold, "none") / noise[:, None]
-    cube, square = response[..., 1], response[..., 2]
-    offset = np.vdot(cube, square).real / np.vdot(cube, cube).real / 3
-    size = np.std(channels[:, 3] - channels[:, 4])
-    return np.clip(offset, -size, size)  # without a cubic force any offset would do
-
-
-def _refined(model, inputs, outputs, band):
-    """`refine_state_space`, with the noise and the share that the refined model leaves."""
-    model, *_ = refine_state_space(model, inputs, outputs, band)
-    return refine_state_space(model, inputs, outputs, band)
 
 
 def _weights(inputs, noise, sample_rate, frequency):
@@ -317,24 +323,25 @@ def _weights(inputs, noise, sample_rate, frequency):
     return np.sqrt(spectra)[:, None, :] / noise[None, :, None]
 
 
-def _modes(model):
-    """Oscillating modes of the model, each with its shape over [xs, x]."""
+def _modes(model, powers):
+    """Oscillating modes of the model, each with its shape over displacements [xs, x]; see `powers_of`."""
     values, vectors = np.linalg.eig(model.A)
     poles = np.log(values.astype(complex)) * model.sample_rate
-    shapes = (model.C @ vectors).T
     kept = sorted(np.flatnonzero(values.imag > 0), key=lambda i: abs(poles[i]))
-    poles, shapes = poles[kept], shapes[kept]
+    poles, shapes = poles[kept], (model.C @ vectors).T[kept]
+    shapes = shapes / poles[:, None] ** np.array(powers)
     names = tuple(f"mode {number + 1}" for number in range(len(kept)))
     return Modes(np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), largest_to_one(shapes), names)
 
 
-def _fit(frequency, extended, weight):
-    """Fraction of the receptances, the seven parameters, and the rms share of H_E that they leave."""
-    share = np.abs(weight[:, 0, 1] * (extended[:, 0, 0] - extended[:, 1, 0])) ** 2
+def _fit(layout, frequency, extended, weight):
+    """Fraction of the receptances, the parameters, and the rms share of H_E that they leave."""
+    share = np.abs(weight[:, 0, 1] * nsi.across(extended[..., 0])) ** 2
     k3 = nsi.nonlinear_coefficient(extended).real @ share / share.sum()
-    fraction_weight = np.column_stack([weight[:, 0, 0], weight[:, 1, 0], abs(k3) * weight[:, 1, 1]])
-    distinct = nsi.underlying_receptance(extended)[:, [0, 1, 1], [0, 0, 1]]  # H11, H21, H22
-    fraction = fit_rational_fraction(frequency, distinct, fraction_weight, (2, 1, 2), 4)
-    model_of = lambda values: nsi.extended_from(physical.oscillator_receptance(values, frequency), values[6])  # noqa: E731
-    start = np.append(physical.parameters_of_fraction(fraction), k3)
-    return fraction, *physical.fit_parameters(model_of, extended, weight, start)
+    # What each of the receptances that differ is read from: the force's column, and the springs' for H22.
+    fraction_weight = np.column_stack([weight[..., 0], abs(k3) * weight[:, 1:, 1]])
+    distinct = layout.distinct(nsi.underlying_receptance(extended))
+    fraction = fit_rational_fraction(frequency, distinct, fraction_weight, layout.degrees, layout.order)
+    model_of = lambda values: nsi.extended_from(layout.receptance(values, frequency), values[-1])  # noqa: E731
+    start = np.append(layout.of_fraction(fraction), k3)
+    return fraction, *physical.fit_parameters(model_of, extended, weight, start, layout.least)

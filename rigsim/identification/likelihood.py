@@ -20,6 +20,7 @@ _EXACT = 1e-7  # of a parameter: no smaller step is asked for, whatever the nois
 _NOISY = 3e-3  # share of an output
 _BLOCKS = 24  # in a record, at least
 _RESOLVED = 8.0  # s of a block at most: 0.125 Hz a line
+_ROUNDING = 1e-14  # of an information whose diagonal is one
 SMOOTH = 9  # lines that a spectrum of noise is averaged over
 
 
@@ -198,14 +199,22 @@ def _newton(own, left, weights, masses):
         raise FitError("the record does not hold its parameters")
     covariance = inverse(information)
     step = covariance @ slope
-    far = np.abs(step[: masses.size]) / masses
-    return step * min(1.0, 0.5 / max(far.max(), 1e-300)), np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    far = -step[: masses.size] / masses
+    return step * min(1.0, 0.8 / max(far.max(), 1e-300)), np.sqrt(np.maximum(np.diag(covariance), 1e-300))
 
 
 def inverse(information):
-    """Its inverse; directions that the record says nothing of get none."""
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    return np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-13, hermitian=True) / np.outer(scale, scale)
+    """Its inverse, in directions that the record hardly tells of no larger than rounding lets it be known.
+
+    Steps along them are too short then, which is safe, and errors are large; a parameter that is held has neither.
+    """
+    free = np.flatnonzero(np.diag(information) > 0)
+    scale = np.sqrt(np.diag(information)[free])
+    values, vectors = np.linalg.eigh(information[np.ix_(free, free)] / np.outer(scale, scale))
+    vectors = vectors / scale[:, None]
+    found = np.zeros_like(information)
+    found[np.ix_(free, free)] = (vectors / np.maximum(values, _ROUNDING)) @ vectors.T
+    return found
 
 
 def _lost(structure, values, run, starts, reach, coarse, outputs):

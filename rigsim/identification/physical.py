@@ -19,6 +19,22 @@ def oscillator_receptance(values, frequency):
     return np.stack([mass, coupling, coupling, shaker], axis=-1).reshape(-1, 2, 2) / determinant[:, None, None]
 
 
+def mass_receptance(values, frequency):
+    """Receptance of one mass on a spring (m/N) at each frequency (n,) in Hz: complex, shape (n, 1, 1).
+
+    ``values`` are m, c, k1 (and k3, which is not used).
+    """
+    m, c, k1 = values[:3]
+    s = 2j * np.pi * frequency
+    return (1 / (k1 + s * c + s**2 * m))[:, None, None]
+
+
+def mass_of_fraction(fraction):
+    """m, c, k1 that the polynomials of H11 name, shape (3,), of any sign."""
+    above = fraction.numerators[0][0]
+    return fraction.denominator[::-1] / above
+
+
 def parameters_of_fraction(fraction):
     """ms, ks, cs, m, c, k1 that the polynomials of (H11, H21, H22) name, shape (6,), of any sign."""
     (a0, a1, a2), (b0, b1), (e0, e1, e2) = fraction.numerators
@@ -27,15 +43,14 @@ def parameters_of_fraction(fraction):
     return np.array([ms, ms * m * e0 - k1, ms * m * e1 - c, m, c, k1])
 
 
-def fit_parameters(model, measured, weight, start):
-    """Fit parameters to complex functions of frequency, from ``start`` (6,) or (7,), in the order of `NAMES`, any sign.
+def fit_parameters(model, measured, weight, start, lower):
+    """Fit parameters to complex functions of frequency, from a ``start`` (p,) of any sign.
 
     ``model`` leads from the values to what is ``measured``, and ``weight``, shaped alike, is what a unit of misfit
-    counts for. Returns the values, of which all but k3 are kept from falling below zero, and the rms misfit over the
-    rms of what is measured, both weighted.
+    counts for. Returns the values, kept from falling below ``lower`` (p,) times the size of the start, and the rms
+    misfit over the rms of what is measured, both weighted.
     """
     unit = np.where(start == 0, 1.0, np.abs(start))
-    lower = np.array([1e-3, 1e-3, 0.0, 1e-3, 0.0, 0.0, -np.inf])[: start.size]  # masses and ks stay above zero
     size = np.linalg.norm(weight * measured)
 
     def misfit(scaled):

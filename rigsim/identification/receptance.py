@@ -14,6 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import polynomial
 
+from .. import checks
+
+RESOLUTION = 0.1  # Hz between frequencies
+
+
+def frequencies(band, sample_rate):
+    """Every 0.1 Hz over the band, both ends included."""
+    low, high = checks.pair("band", band, "Hz", high=sample_rate / 2)
+    return np.linspace(low, high, max(int(round((high - low) / RESOLUTION)), 40) + 1)
+
 
 @dataclass(frozen=True, eq=False)
 class RationalFraction:

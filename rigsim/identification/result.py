@@ -7,13 +7,16 @@ import numpy as np
 from .. import checks
 from ..experiment.record import Record
 from ..model.modes import Modes
-from ..parameters import OscillatorParameters
+from ..parameters import MassParameters, OscillatorParameters
 from ..results import Result, Status
 from . import nsi
-from .receptance import RationalFraction
+from .layout import layout_of, powers_of
+from .likeliest import given
+from .receptance import RationalFraction, frequencies
+from .simulate import simulate
 from .subspace import StateSpace
 
-RESOLUTION = 0.1  # Hz between the frequencies of a result
+_FINER = 4  # times the steps of a fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,36 +57,43 @@ class ParameterErrors:
 class Identification(Result):
     """What a random test says about the rig; see `identify`.
 
+    Of two sensors, q is 2; of one it is 1, for one mass on a spring to the ground.
+
     Attributes
     ----------
     singular_values : ndarray, shape (2 block_rows,)
         Of the subspace step, descending (the paper's Fig. 5).
     modes : Modes
-        Natural frequencies (Hz), damping ratios (Table 3) and shapes over [xs, x] of the underlying linear system.
+        Natural frequencies (Hz), damping ratios (Table 3) and shapes over the outputs of the underlying linear system.
     frequency : ndarray, shape (n,)
         Hz, over the band: every 0.1 Hz, or 41 points where that gives fewer.
-    extended_receptance : ndarray, shape (n, 2, 2)
+    extended_receptance : ndarray, shape (n, q, 2)
         H_E of Eq. (9): columns in m/N and m per m^3.
-    receptance : ndarray, shape (n, 2, 2)
+    receptance : ndarray, shape (n, q, q)
         Of the underlying linear system, estimated (m/N); the order is [xs, x].
-    fitted_receptance : ndarray, shape (n, 2, 2)
+    fitted_receptance : ndarray, shape (n, q, q)
         The rational fraction fitted to it (m/N).
     fraction : RationalFraction
-        That fit of H11, H21 and H22.
+        That fit of H11, H21 and H22, or of H11 alone.
     nonlinear_coefficient : ndarray, shape (n,)
         k3(omega), complex (N/m^3): the paper's Fig. 3 is its real part.
+    nonlinear_half_width : ndarray, shape (n,)
+        Of the 95 % interval of its real part (N/m^3); not a number in the paper's readings.
     k3 : float
         Cubic coefficient (N/m^3) with its sign; for the paper's readings the mean of the coefficient's real part.
-    parameters : OscillatorParameters
-        The paper's Table 4, with ``k3``: where the reading is "force", of the simulated rig that is likeliest.
-    read : OscillatorParameters
+    parameters : OscillatorParameters or MassParameters
+        The paper's Table 4, with ``k3``: where the reading is "force", of the simulated rig that is likeliest. On a
+        base, ms (or the one m) is 1 and the others are relative to it.
+    read : OscillatorParameters or MassParameters
         The same from H_E alone, a second and independent way.
     misfit : float
         Rms of what ``read`` leaves of H_E, relative to it, both weighted.
-    unexplained : ndarray, shape (2,)
-        Rms share of xs and of x over the band that the model of Eq. (8) leaves.
+    unexplained : ndarray, shape (q,)
+        Rms share of each output over the band that the model of Eq. (8) leaves.
     state_space : StateSpace
         That model; start and offset are those of its first estimate.
+    terms : tuple of Term
+        What was asked for beside the usual ones; its coefficients are in ``errors``.
     hold, conversion : str
         What the force did between samples, and how H_E was read.
     nominal : OscillatorParameters or None
@@ -92,8 +102,8 @@ class Identification(Result):
         How far the parameters can be trusted; None for the paper's readings.
     record : Record
         As it was read in the end, with what could be mended.
-    modelled : ndarray, shape (n, 2), or None
-        Shaker and mass of the simulated rig with these parameters (m).
+    modelled : ndarray, shape (n, q), or None
+        Outputs of the simulated rig with these parameters, in their units.
     mended, troubles : tuple of Trouble
         What was wrong with the record and was mended, and what is still wrong.
     status : Status
@@ -110,12 +120,14 @@ class Identification(Result):
     fitted_receptance: np.ndarray
     fraction: RationalFraction
     nonlinear_coefficient: np.ndarray
+    nonlinear_half_width: np.ndarray
     k3: float
-    parameters: OscillatorParameters
-    read: OscillatorParameters
+    parameters: OscillatorParameters | MassParameters
+    read: OscillatorParameters | MassParameters
     misfit: float
     unexplained: np.ndarray
     state_space: StateSpace
+    terms: tuple
     hold: str
     conversion: str
     nominal: OscillatorParameters | None
@@ -143,7 +155,27 @@ class Identification(Result):
         """Mean of the real part of k3(omega) over ``band`` (a pair in Hz), every 0.1 Hz (N/m^3)."""
         frequency = frequencies(band, self.state_space.sample_rate)
         extended = nsi.extended_receptance(self.state_space, frequency, self.hold, self.conversion)
+        extended = nsi.of_displacements(extended, frequency, powers_of(self.record), self.record.base)
         return float(nsi.nonlinear_coefficient(extended).real.mean())
+
+    def predicted(self, record):
+        """What the identified rig would have done in another test, from rest: outputs as of ``record``, (n, q).
+
+        Raises
+        ------
+        ValueError
+            If the record has other sensors, another kind of input, or there is no rig to simulate.
+        """
+        record = checks.instance("record", record, Record, "a Record")
+        if self.errors is None:
+            raise ValueError("identification.errors is None; expected an identification with a rig to simulate")
+        if (record.kinds, record.base) != (self.record.kinds, self.record.base):
+            raise ValueError(f"record measures {record.kinds}; expected {self.record.kinds}, as what was identified")
+        structure = layout_of(record).structure(record, self.terms)
+        values = np.array([self.errors.value[self.errors.names.index(name)] for name in structure.names])
+        _, run, reach = given(structure, record, record.joints, self.frequency[[0, -1]])
+        rest = np.zeros((len(run.begins), 2 * len(structure.masses)))
+        return simulate(structure, values, run, rest, reach, finer=_FINER)[0]
 
     def summary(self):
         """One line: the modes, k3, and what speaks against them."""
@@ -165,9 +197,3 @@ class Identification(Result):
             table.insert(1, "nominal", self.nominal.table()["value"])
             table.insert(2, "error [%]", 100 * (table["value"] / table["nominal"] - 1))
         return table
-
-
-def frequencies(band, sample_rate):
-    """Every 0.1 Hz over the band, both ends included."""
-    low, high = checks.pair("band", band, "Hz", high=sample_rate / 2)
-    return np.linspace(low, high, max(int(round((high - low) / RESOLUTION)), 40) + 1)

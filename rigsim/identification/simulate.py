@@ -8,7 +8,7 @@ Runge-Kutta rule, so they are those of the computed motion to rounding. Between 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -159,7 +159,17 @@ def simulate(structure, values, run, starts, reach, wanted=(), extra=None, finer
                 coefficients, structure.directions(), of_velocity, bent, tables, low, step, derived, sensed,
                 outputs[part], columns[part],
             )  # fmt: skip
+    if structure.base and derived.size:  # an acceleration is that of the base as well
+        columns[:, sensed[:, 1] == 2, derived.size - extra.shape[1] :] += extra[:, None]
     return outputs, columns
+
+
+def displaced(structure, values, run, starts, reach):
+    """Displacements and velocities of all masses, (n, d) each; arguments as of `simulate`."""
+    d = len(structure.masses)
+    sensors = tuple((mass, what) for what in SENSED[:2] for mass in range(d))
+    outputs, _ = simulate(replace(structure, sensors=sensors), values, run, starts, reach)
+    return outputs[:, :d], outputs[:, d:]
 
 
 def _fastest(structure, values, reach):

@@ -11,16 +11,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .likelihood import inverse, noise_weights, normal_equations
-from .simulate import simulate
+from .simulate import displaced, simulate
 from .terms import Friction, Power, Term
 
 _SURE = 7.0  # standard errors
 _EXPLAINS = 0.05  # of what is left, at least
 _ALIKE = 1e-8  # of a column's squares, beside those of the parameters
 _AT_ONCE = 10  # terms, for the memory's sake
-NAMES = ("shaker", "mass")
 TIMING = ("delay", "clock")
-_GROUPS = ((0, 1), (0,), (1,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +57,8 @@ class Candidate:
     ----------
     name : str
         What kind.
-    column : ndarray, shape (n, 2)
-        What a unit of it adds to shaker and mass.
+    column : ndarray, shape (n, q)
+        What a unit of it adds to the outputs.
     told, mend : callable
         Its words and its cure, given its size.
     """
@@ -102,14 +100,12 @@ def suspected(fit, lines, candidates, most=3):
 
 def candidates(fit, record):
     """All troubles that have a form, a `Candidate` each."""
-    rate = record.sample_rate
     motion = fit.modelled - fit.modelled.mean(axis=0)
-    velocity = np.gradient(motion, 1 / rate, axis=0)
     yield from timing(fit, record)
-    yield from _filters(motion, velocity, rate)
-    for one, other in ((0, 1), (1, 0)):
-        yield from _sensor(motion, record.force - record.force.mean(), one, other)
-    yield from _terms(fit, motion, velocity)
+    yield from _filters(motion, record)
+    for one, name in enumerate(record.kinds):
+        yield from _sensor(motion, record, one, name)
+    yield from _terms(fit)
     yield from _force(fit, record)
 
 
@@ -142,17 +138,24 @@ def told_once(troubles, rate):
 
 
 def _of(which, column):
-    """A column of both outputs, of which some take part."""
-    return column * np.isin((0, 1), which)
+    """A column of all outputs, of which some take part."""
+    return column * np.isin(np.arange(column.shape[1]), which)
+
+
+def _groups(record):
+    """All outputs, then each: their numbers and names."""
+    names = tuple(record.kinds)
+    alone = [((place,), (name,)) for place, name in enumerate(names)] if len(names) > 1 else []
+    return [(tuple(range(len(names))), names), *alone]
 
 
 def timing(fit, record):
-    """Delays and clocks of both outputs and of each, a `Candidate` each."""
+    """Delays and clocks of all outputs and of each, a `Candidate` each."""
     motion, rate = fit.modelled - fit.modelled.mean(axis=0), record.sample_rate
     velocity = np.gradient(motion, 1 / rate, axis=0)
-    time = np.arange(len(motion))[:, None] / rate
-    for which in _GROUPS:
-        names = tuple(NAMES[output] for output in which)
+    begins = np.repeat(record.joints, np.diff([*record.joints, len(motion)]))
+    time = (np.arange(len(motion)) - begins)[:, None] / rate
+    for which, names in _groups(record):
         delayed = lambda size, names=names: delay_of(names, size, rate)  # noqa: E731
         drifted = lambda size, names=names: clock_of(names, 1e6 * size)  # noqa: E731
         for kind, column, made in (("delay", -velocity, delayed), ("clock", velocity * time, drifted)):
@@ -160,10 +163,12 @@ def timing(fit, record):
             yield Candidate(kind, _of(which, column), told, lambda size, made=made: made(size).mend)
 
 
-def _filters(motion, velocity, rate):
-    total, curve = np.cumsum(motion, axis=0) / rate, np.gradient(velocity, 1 / rate, axis=0)
-    for which in _GROUPS:
-        said = " and ".join(NAMES[output] for output in which)
+def _filters(motion, record):
+    rate = record.sample_rate
+    total = np.cumsum(motion, axis=0) / rate
+    curve = np.gradient(np.gradient(motion, 1 / rate, axis=0), 1 / rate, axis=0)
+    for which, names in _groups(record):
+        said = " and ".join(names)
         coupled = lambda size, said=said: f"{said} looks AC coupled, at {abs(size) / (2 * np.pi):.2g} Hz"  # noqa: E731
         yield Candidate("AC coupling", _of(which, -total), coupled)
         smoothed = lambda size, said=said: (  # noqa: E731
@@ -172,27 +177,38 @@ def _filters(motion, velocity, rate):
         yield Candidate("low-pass", _of(which, curve), smoothed)
 
 
-def _sensor(motion, force, one, other):
-    name, beside = NAMES[one], NAMES[other]
-    more = lambda size: (  # noqa: E731
-        f"the sensitivity of {name} is {100 * abs(size):.2g} % {'larger' if size > 0 else 'smaller'} than told, "
-        f"against that of {beside}"
-    )
-    yield Candidate("gain", _of(one, motion), more)
-    leaked = np.column_stack([motion[:, other]] * 2)
-    yield Candidate("cross-talk", _of(one, leaked), lambda size: f"{100 * size:.2g} % of {beside} is in {name}")
-    leaked = np.column_stack([force] * 2)
-    yield Candidate("cross-talk", _of(one, leaked), lambda size: f"the force leaks into {name} ({abs(size):.2g} m/N)")
+def _sensor(motion, record, one, name):
+    """Of the output with that number and name: its gain, what leaks into it, and whether it is linear."""
+    force, others = record.force - record.force.mean(), [other for other in enumerate(record.kinds) if other[0] != one]
+    for other, beside in others:
+        more = lambda size, beside=beside: (  # noqa: E731
+            f"the sensitivity of {name} is {100 * abs(size):.2g} % {'larger' if size > 0 else 'smaller'} than told, "
+            f"against that of {beside}"
+        )
+        yield Candidate("gain", _of(one, motion), more)
+        if record.kinds[name] == record.kinds[beside]:
+            leaked = np.repeat(motion[:, [other]], motion.shape[1], axis=1)
+            told = lambda size, beside=beside: f"{100 * size:.2g} % of {beside} is in {name}"  # noqa: E731
+            yield Candidate("cross-talk", _of(one, leaked), told)
+    leaked = np.repeat(force[:, None], motion.shape[1], axis=1)
+    unit = f"{record.units[name]}/({record.units['force']})"
+    told = lambda size: f"the {_input(record)} leaks into {name} ({abs(size):.2g} {unit})"  # noqa: E731
+    yield Candidate("cross-talk", _of(one, leaked), told)
     for exponent, word in ((2, "square"), (3, "cube")):
         bent = lambda size, word=word: f"the sensor of {name} is not linear: {size:.2g} times its {word}"  # noqa: E731
         yield Candidate("sensor", _of(one, motion**exponent), bent)
 
 
+def _input(record):
+    return "base's acceleration" if record.base else "force"
+
+
 def _library(motion, velocity):
     """Terms that a rig may have, what they are in words, and the largest motion that each sees."""
     places = (((0, 1), "between shaker and mass"), ((0,), "from the shaker to the ground"))
-    for between, where in (*places, ((1,), "from the mass to the ground")):
-        direction = Term("", between).direction(2)
+    places = (*places, ((1,), "from the mass to the ground")) if motion.shape[1] == 2 else (((0,), "to the ground"),)
+    for between, where in places:
+        direction = Term("", between).direction(motion.shape[1])
         far, speed = np.abs(motion @ direction).max(), velocity @ direction
         quick, tag = np.abs(speed).max(), "".join(map(str, between))
         yield Term(f"k2_{tag}", between, Power(2), unit="N/m^2"), f"a quadratic spring {where}", far
@@ -204,8 +220,9 @@ def _library(motion, velocity):
         yield Term(f"c_{tag}", between, None, "velocity", "N s/m"), f"a linear damper {where}", quick
 
 
-def _terms(fit, motion, velocity):
+def _terms(fit):
     """Terms that the rig was not fitted with, as what they would move."""
+    motion, velocity = displaced(fit.structure, fit.values, fit.run, fit.starts, fit.reach)
     structure, kinds = fit.structure, {_kind(term) for term in fit.structure.terms}
     more = [row for row in _library(motion, velocity) if _kind(row[0]) not in kinds]
     wide = replace(structure, terms=(*structure.terms, *(term for term, _, _ in more)))
@@ -228,13 +245,13 @@ def _kind(term):
 
 def _force(fit, record):
     """An AC-coupled force, a force sensor that is not linear, another hold."""
-    structure, force = fit.structure, record.force - record.force.mean()
+    structure, force, name = fit.structure, record.force - record.force.mean(), _input(record)
     usual = structure, fit.values, fit.run, fit.starts, fit.reach
     extra = np.column_stack([np.cumsum(force) / record.sample_rate, force**3])
     outputs, columns = simulate(*usual, wanted=[0], extra=extra)
-    coupled = lambda size: f"the force looks AC coupled, at {abs(size) / (2 * np.pi):.2g} Hz"  # noqa: E731
+    coupled = lambda size: f"the {name} looks AC coupled, at {abs(size) / (2 * np.pi):.2g} Hz"  # noqa: E731
     yield Candidate("AC coupling", columns[..., -2], coupled)
-    bent = lambda size: f"the force sensor is not linear: {size:.2g} times its cube"  # noqa: E731
+    bent = lambda size: f"the sensor of the {name} is not linear: {size:.2g} times its cube"  # noqa: E731
     yield Candidate("sensor", columns[..., -1], bent)
     for hold in ("zero", "linear", "band-limited"):
         if hold != record.hold:

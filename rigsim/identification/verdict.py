@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from ..model.oscillator import oscillator_modes
-from ..parameters import OscillatorParameters
 from ..results import Status
 from .alignment import BASE
-from .physical import NAMES
+from .layout import layout_of
+from .leftovers import leftovers
 from .result import ParameterErrors
-from .troubles import NAMES as OUTPUTS
+from .simulate import displaced
 from .troubles import told_once
 
 FOLDED = 0.02
@@ -23,7 +22,7 @@ _UNIT = 0.01  # kg
 
 def judged(record, band, modes, values, misfit, folded, trust, mended, told, noise):
     """The fields of `Identification` that say what to believe."""
-    mended, doubts = list(mended), [trouble.message for trouble in told]
+    layout, mended, doubts, left = layout_of(record), list(mended), [trouble.message for trouble in told], []
     if folded > FOLDED:
         share = f"{100 * folded:.2g} % of z^3 in the band"
         doubts.append(f"{share} is folded from above half the sample rate: sample faster")
@@ -39,25 +38,29 @@ def judged(record, band, modes, values, misfit, folded, trust, mended, told, noi
             doubts.append(_nothing_in(band))
     else:
         mended += trust.mended
-        record, modelled, troubles = trust.record, trust.fit.modelled, tuple(trust.troubles)
-        errors = errors_of(trust, noise)
+        fit = trust.fit
+        left = leftovers(trust.record, fit.freed(fit.outputs - fit.modelled), band)
+        record, modelled, troubles = trust.record, fit.modelled, (*trust.troubles, *left)
+        errors = errors_of(layout, trust, noise)
         values = errors.value
-        doubts += _doubts(errors, trust, record, band)
-    at_bound = [name for name, value in zip(NAMES[:6], values[:6], strict=True) if value <= 0]
-    if values[6] < 0 and (errors is None or -values[6] > errors.half_width[6]):
-        doubts.append(f"k3 = {values[6]:.3g} N/m^3 is negative, so parameters carry k3 = 0")
+        doubts += _doubts(layout, errors, trust, record, band)
+    values, count = values[: len(layout.names)], len(layout.names)
+    k3 = float(values[-1])
+    at_bound = [name for name, value in zip(layout.names[:-1], values, strict=False) if value <= 0]
+    if k3 < 0 and (errors is None or -k3 > errors.half_width[count - 1]):
+        doubts.append(f"k3 = {k3:.3g} N/m^3 is negative, so parameters carry k3 = 0")
     if at_bound:
         doubts.append(f"{' and '.join(at_bound)} would be zero or negative, which no rig of this kind is")
     mended = told_once(mended, record.sample_rate)
-    reverse = any(trouble.mend.get("reverse") == OUTPUTS for trouble in mended)
+    reverse = any(trouble.mend.get("reverse") == ("shaker", "mass") for trouble in mended)
     if errors is not None and reverse and abs(values[0] - 1) < _UNIT:  # as if a force had been divided by its mass
         doubts.append(BASE)
-    noticed = _noticed(trust, doubts)
+    noticed = [*_noticed(trust, doubts), *(f"noticed: {trouble.message}" for trouble in left)]
     hopeless = [trouble.message for trouble in mended if not trouble.mend and trouble.name != "break"]
     cured = [trouble.message for trouble in mended if trouble.mend or trouble.name == "break"]
     message = "; ".join([*hopeless, *doubts, *noticed, *(f"mended: {text}" for text in cured)])
     return {
-        "k3": float(values[6]), "parameters": OscillatorParameters(*np.maximum(values[:7], 0.0)), "errors": errors,
+        "k3": k3, "parameters": layout.parameters(*np.maximum(values, 0.0)), "errors": errors,
         "record": record, "modelled": modelled, "mended": tuple(mended), "troubles": (*told, *troubles),
         "status": Status.DOUBTFUL if hopeless or doubts else Status.IDENTIFIED, "message": message,
     }  # fmt: skip
@@ -74,10 +77,10 @@ def _noticed(trust, doubts):
     ]
 
 
-def errors_of(trust, noise=None):
-    """Values and intervals in the usual order, with what noise on the force and named troubles add."""
+def errors_of(layout, trust, noise=None):
+    """Values and intervals in the layout's order, with what noise on the force and named troubles add."""
     fit, sure = trust.fit, trust.uncertainty
-    order = [fit.structure.names.index(name) for name in (*NAMES, *fit.structure.names[7:])]
+    order = [fit.structure.names.index(name) for name in (*layout.names, *fit.structure.names[len(layout.names) :])]
     value, half_width = fit.values[order], sure.half_width[order]
     # A force that is seen with noise seems larger than it is, and the rig heavier and stiffer by that much.
     if noise is not None:
@@ -89,43 +92,42 @@ def errors_of(trust, noise=None):
     covariance = sure.covariance[np.ix_(order, order)]
     return ParameterErrors(
         tuple(fit.structure.names[i] for i in order), value, sure.standard_error[order], half_width, sure.bound[order],
-        covariance, sure.disagreement[order], _mode_half_widths(value, half_width, covariance),
+        covariance, sure.disagreement[order], _mode_half_widths(layout, value, half_width, covariance),
     )  # fmt: skip
 
 
-def _mode_half_widths(value, half_width, covariance):
+def _mode_half_widths(layout, value, half_width, covariance):
     """Of frequency and damping of the modes: what the parameters' errors make of them, to first order."""
-    if _modes_of(value) is None:
-        return np.full((2, 2), np.nan)
+    linear, unknown = len(layout.names) - 1, np.full((len(layout.masses), 2), np.nan)
+    if _modes_of(layout, value) is None:
+        return unknown
     slopes = []
-    for index in range(6):
+    for index in range(linear):
         step = 1e-5 * max(abs(value[index]), 1e-12)
-        moved = [_modes_of(value + sign * step * (np.arange(value.size) == index)) for sign in (1, -1)]
+        moved = [_modes_of(layout, value + sign * step * (np.arange(value.size) == index)) for sign in (1, -1)]
         if any(found is None for found in moved):
-            return np.full((2, 2), np.nan)
+            return unknown
         slopes.append((moved[0] - moved[1]) / (2 * step))
     slopes = np.array(slopes)
-    usual = np.sqrt(np.maximum(np.diag(covariance)[:6], 1e-300))
-    grown = covariance[:6, :6] * np.outer(half_width[:6] / usual, half_width[:6] / usual)
-    return np.sqrt(np.einsum("pmk,pq,qmk->mk", slopes, grown, slopes))
+    wider = half_width[:linear] / np.sqrt(np.maximum(np.diag(covariance)[:linear], 1e-300))
+    grown = covariance[:linear, :linear] * np.outer(wider, wider)
+    return np.sqrt(np.maximum(np.einsum("pmk,pq,qmk->mk", slopes, grown, slopes), 0.0))
 
 
-def _modes_of(values):
-    try:
-        modes = oscillator_modes(OscillatorParameters(*np.maximum(values[:7], 0.0)))
-    except ValueError:
-        return None
-    return np.column_stack([modes.frequency, modes.damping]) if modes.frequency.size == 2 else None
+def _modes_of(layout, values):
+    """Frequency (Hz) and damping of each mode, or None."""
+    modes = layout.modes(values)
+    return None if modes is None else np.column_stack([modes.frequency, modes.damping])
 
 
-def _doubts(errors, trust, record, band):
+def _doubts(layout, errors, trust, record, band):
     doubts = []
-    for name, share in zip(OUTPUTS, trust.left, strict=True):
+    for name, share in zip(record.kinds, trust.left, strict=True):
         if share > _DROWNED:
             doubts.append(f"the simulated rig leaves {100 * share / np.hypot(1, share):.2g} % of {name} unexplained")
     if not trust.fit.settled and trust.left.max() > _SEEN:
         doubts.append("the search for the likeliest rig did not settle")
-    scale = _scales(errors, record)
+    scale = _scales(layout, errors, trust.fit)
     for trouble in trust.troubles:
         order = [trust.fit.structure.names.index(name) for name in errors.names]
         move = np.abs(trouble.shift[order]) / scale
@@ -137,7 +139,7 @@ def _doubts(errors, trust, record, band):
         names = ", ".join(
             f"{name} (+- {100 * share:.2g} %)" for name, share in zip(errors.names, wide, strict=True) if share > _WIDE
         )
-        doubts.append(f"not determined by this record: {names}; {_help(wide.max(), errors, band)}")
+        doubts.append(f"not determined by this record: {names}; {_help(layout, wide.max(), errors, band)}")
     odd = (errors.disagreement > 1) & (wide > _ODD)
     if odd.any() and not doubts:
         names = ", ".join(name for name, one in zip(errors.names, odd, strict=True) if one)
@@ -147,13 +149,15 @@ def _doubts(errors, trust, record, band):
     return doubts
 
 
-def _scales(errors, record):
+def _scales(layout, errors, fit):
     """What an error of each parameter is measured by: its value, or what would be felt beside the others."""
-    ms, ks, _, m, _, k1, k3 = np.abs(errors.value[:7])
-    spread = record.relative.std() ** 2
-    damping = 0.01 * np.sqrt([ks * ms, (k1 + 3 * k3 * spread) * m])
-    least = [0, 0, damping[0], 0, damping[1], 0.3 * k3 * spread, 1e-7 * k1 / spread]
-    return np.maximum(np.abs(errors.value), [*least, *[0.0] * (errors.value.size - 7)]) + 1e-300
+    value = dict(zip(errors.names, np.abs(errors.value), strict=True))
+    motion, _ = displaced(fit.structure, fit.values, fit.run, fit.starts, fit.reach)
+    m, k1, k3, square = value["m"], value["k1"], value["k3"], layout.across(motion).var()
+    least = {"c": 0.01 * np.sqrt((k1 + 3 * k3 * square) * m), "k1": 0.3 * k3 * square, "k3": 1e-7 * k1 / square}
+    if "ms" in value:
+        least["cs"] = 0.01 * np.sqrt(value["ks"] * value["ms"])
+    return np.array([max(size, least.get(name, 0.0)) for name, size in value.items()]) + 1e-300
 
 
 def _outside(frequency, band):
@@ -164,9 +168,9 @@ def _nothing_in(band):
     return f"no resonance lies in the band {band[0]:g} to {band[1]:g} Hz: give band= the rig's own"
 
 
-def _help(worst, errors, band):
+def _help(layout, worst, errors, band):
     """What would narrow the intervals."""
-    modes = _modes_of(errors.value)
+    modes = _modes_of(layout, errors.value)
     if modes is not None and _outside(modes[:, 0], band):
         return _nothing_in(band)
     times = (worst / _WIDE) ** 2

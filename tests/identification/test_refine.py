@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rigsim.identification.refine import _lines, refine_state_space
+from rigsim.identification.refine import _lines, refine_state_space, response_deviations
 from tests.identification.test_subspace import known_system, response
 from tests.identification.whole import identify_state_space
 
@@ -14,8 +14,9 @@ def test_derivatives_are_those_of_the_modelled_lines():
     rng = np.random.default_rng(0)
     z = np.exp(2j * np.pi * np.array([0.01, 0.1, 0.3]))
     U = rng.normal(size=(3, 2)) + 1j * rng.normal(size=(3, 2))
-    matrices = (model.A, model.B, model.C, model.D, rng.normal(size=(4, 1)))
-    _, columns = _lines(matrices, U, z)
+    matrices = (model.A, model.B, model.C, model.D, rng.normal(size=(4, 2)))
+    ends = z[:, None] * np.array([[1, 0], [1, 0], [0, 1]])
+    _, columns = _lines(matrices, U, z, ends)
     column = 0
     for number, matrix in enumerate(matrices):
         for index in np.ndindex(matrix.shape):
@@ -23,7 +24,7 @@ def test_derivatives_are_those_of_the_modelled_lines():
             for step in (1e-6, -1e-6):
                 moved = [m.copy() for m in matrices]
                 moved[number][index] += step
-                sides.append(_lines(moved, U, z)[0])
+                sides.append(_lines(moved, U, z, ends)[0])
             np.testing.assert_allclose(columns[..., column], (sides[0] - sides[1]) / 2e-6, rtol=1e-6, atol=1e-6)
             column += 1
     assert column == columns.shape[-1]
@@ -37,7 +38,8 @@ def test_lines_of_a_finite_record_are_exact():
         states.append(model.A @ states[-1] + model.B @ u)
     lines = np.arange(3, 120)
     matrices = (model.A, model.B, model.C, model.D, (states[0] - states[-1])[:, None])
-    modelled, _ = _lines(matrices, np.fft.rfft(inputs, axis=0)[lines], np.exp(2j * np.pi * lines / 301))
+    z = np.exp(2j * np.pi * lines / 301)
+    modelled, _ = _lines(matrices, np.fft.rfft(inputs, axis=0)[lines], z, z[:, None])
     np.testing.assert_allclose(modelled, np.fft.rfft(model.simulate(inputs), axis=0)[lines], rtol=1e-9, atol=1e-9)
 
 
@@ -81,3 +83,18 @@ def test_no_refinement_leaves_more_than_it_was_given_or_a_model_that_grows():
         if gains[-1] > 1 - 1e-9:
             np.testing.assert_array_equal(refined.A, start.A)
     assert min(gains) < 1e-9 and max(gains) > 1 - 1e-9  # from near it finds the system; from far it stays
+
+
+def test_deviations_of_the_response_are_those_of_models_of_many_noises():
+    truth = known_system()
+    rng = np.random.default_rng(5)
+    inputs, frequency, band = rng.normal(size=(4000, 2)), np.array([3.0, 8.0, 20.0]), (1.0, 30.0)
+    clean, noise = truth.simulate(inputs), np.array([0.02, 0.05])
+    points = np.exp(2j * np.pi * frequency / truth.sample_rate)[:, None, None]
+    found = []
+    for _ in range(60):
+        model, *_ = refine_state_space(truth, inputs, clean + noise * rng.normal(size=clean.shape), band)
+        found.append(model.D + model.C @ np.linalg.solve(points * np.eye(4) - model.A, np.tile(model.B, (3, 1, 1))))
+    columns = response_deviations(truth, inputs, clean, noise * np.sqrt(len(inputs)), band, (0,), frequency)
+    expected = np.sqrt(np.sum(np.abs(columns) ** 2, axis=-1))
+    np.testing.assert_allclose(np.std(found, axis=0), expected, rtol=0.35)

@@ -256,3 +256,33 @@ def test_a_negative_stiffness_is_doubted():
     values, reach = np.array([P.ms, P.m, P.ks, P.cs, P.c, -20.0, P.k3]), np.full(5, 2e-3)
     outputs = simulate(rig, values, Run(force, RATE, "zero"), np.zeros((1, 4)), reach, finer=4)[0].T
     assert identify(Record(force, *outputs, RATE)).status == Status.DOUBTFUL
+
+
+def test_drift_and_hum_are_noticed_and_move_nothing(clean):
+    time, size = clean.time, clean.shaker.std()
+    hum = 0.01 * size * np.sin(2 * np.pi * 50.0 * time)
+    found = identify(noisy(clean.replace(shaker=clean.shaker + hum)))
+    assert found.status == Status.IDENTIFIED and "noticed: shaker holds hum of" in found.message
+    assert "at 50 Hz" in found.message and wrong(found) < 1.5
+    slow = 0.05 * clean.mass.std() * np.sin(2 * np.pi * 0.07 * time)
+    found = identify(noisy(clean.replace(mass=clean.mass + slow)))
+    assert "noticed: mass drifts, by" in found.message and wrong(found) < 1.5
+    tone = 0.02 * size * np.cos(2 * np.pi * 33.3 * time)
+    assert "shaker holds a tone of" in identify(noisy(clean.replace(shaker=clean.shaker + tone))).message
+
+
+def test_lines_of_the_force_are_no_tones_of_the_sensors():
+    n = FORCE.size
+    lines = np.zeros(n // 2 + 1, dtype=complex)
+    bright = np.arange(30, 2400, 30)
+    lines[bright] = np.exp(2j * np.pi * np.random.default_rng(4).uniform(size=bright.size))
+    force = np.fft.irfft(lines, n)
+    force *= 1.115 / force.std()
+    rubbed = Term("mu", (0, 1), Friction(0.01), "velocity", "N")
+    found = identify(Record(force, *moved(force, terms=(rubbed,), sizes=(3e-5,)), RATE))
+    assert "holds" not in found.message
+
+
+def test_millimetres_for_metres_get_a_word(clean):
+    found = identify(clean.replace(shaker=1e3 * clean.shaker, mass=1e3 * clean.mass))
+    assert found.status == Status.DOUBTFUL and "times gravity" in found.message and "unit" in found.message

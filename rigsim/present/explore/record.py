@@ -7,14 +7,15 @@ import numpy as np
 from ... import checks
 from ...experiment.record import Record
 from ...identification.identify import identify
+from ...identification.layout import layout_of, outputs_of
+from ...identification.model import displacements
 from ...identification.result import Identification
 from ...identification.terms import Friction, Power, Term
 from ..figures.style import BLACK, BLUE, GREY, ORANGE, style, subplots
 from .controls import choice, slider
 from .live import LivePanel
 
-_NAMES = ("ms", "ks", "cs", "m", "c", "k1", "k3")
-_FIRST = {"order": 4, "low": 2.0, "high": 80.0, "rows": 40, "term": "none"}
+_FIRST = {"low": 2.0, "high": 80.0, "rows": 40, "term": "none"}
 _SMOOTHED = 0.1  # of the usual relative speed, over which dry friction changes its sign
 
 
@@ -37,10 +38,10 @@ def record_panel(record, first=None):
     """
     record = checks.instance("record", record, Record, "a Record")
     first = None if first is None else checks.instance("first", first, Identification, "an Identification")
-    half = record.sample_rate / 2
-    terms = _terms(record)
+    half, layout = record.sample_rate / 2, layout_of(record)
+    terms, names, order = _terms(record), layout.names, layout.order
     controls = {
-        "order": choice("order of the model", [(str(n), n) for n in (4, 6, 8, 10)], _FIRST["order"]),
+        "order": choice("order of the model", [(str(n), n) for n in range(order, order + 8, 2)], order),
         "low": slider("band from [Hz]", min(_FIRST["low"], half / 4), 0.5, half / 4, 0.5, 1),
         "high": slider("band to [Hz]", min(_FIRST["high"], half), 10.0, min(half, 200.0), 1.0, 0),
         "rows": choice("block rows", [(str(n), n) for n in (20, 30, 40, 60)], _FIRST["rows"]),
@@ -52,22 +53,22 @@ def record_panel(record, first=None):
         (values,) = left.semilogy([], [], "o", color=BLUE, markersize=4)
         cut = left.axvline(np.nan, color=GREY, linestyle="--")
         left.set(xlabel="number", ylabel="singular value", xlim=(0, 21), ylim=(1e-3, 1e3))
-        place = np.arange(len(_NAMES))
+        place = np.arange(len(names))
         known = right.errorbar(
             place - 0.15, place * np.nan, place * np.nan, fmt="o", color=GREY, label="usual settings"
         )
         changed = right.errorbar(place + 0.15, place * np.nan, place * np.nan, fmt="s", color=ORANGE, label="these")
         right.axhline(0, color=BLACK, linewidth=0.8)
-        right.set(xlim=(-0.6, len(_NAMES) - 0.4), ylabel="off the usual reading [%]")
-        right.set_xticks(place, _NAMES)
+        right.set(xlim=(-0.6, len(names) - 0.4), ylabel="off the usual reading [%]")
+        right.set_xticks(place, names)
         figure.legend(handles=[known, changed], loc="outside upper center", ncols=2)
 
     def show(found):
-        base = np.maximum(np.abs(usual["found"].errors.value[: len(_NAMES)]), 1e-300)
+        base = np.maximum(np.abs(usual["found"].errors.value[: len(names)]), 1e-300)
         reach = 0.0
         for bars, each, offset in ((known, usual["found"], -0.15), (changed, found, 0.15)):
-            off = 100 * (each.errors.value[: len(_NAMES)] - usual["found"].errors.value[: len(_NAMES)]) / base
-            wide = 100 * each.errors.half_width[: len(_NAMES)] / base
+            off = 100 * (each.errors.value[: len(names)] - usual["found"].errors.value[: len(names)]) / base
+            wide = 100 * each.errors.half_width[: len(names)] / base
             marks, _, (lines,) = bars
             marks.set_data(place + offset, off)
             lines.set_segments([[(x, y - w), (x, y + w)] for x, y, w in zip(place + offset, off, wide, strict=True)])
@@ -100,9 +101,11 @@ def record_panel(record, first=None):
 
 
 def _terms(record):
-    """Terms that may act between the masses, one to be chosen, by what they are called."""
-    speed = _SMOOTHED * record.sample_rate * np.diff(record.relative).std()
-    between = (0, 1)
+    """Terms that may act beside the cubic spring, one to be chosen, by what they are called."""
+    layout = layout_of(record)
+    motion = layout.across(outputs_of(displacements(record, (_FIRST["low"], record.sample_rate / 2))))
+    speed = _SMOOTHED * record.sample_rate * np.diff(motion).std()
+    between = layout.terms[-1].between
     return {
         "quadratic spring": (Term("k2", between, Power(2), unit="N/m^2"),),
         "quintic spring": (Term("k5", between, Power(5), unit="N/m^5"),),
@@ -123,7 +126,7 @@ def _words(found):
     more = "".join(
         f"<p>{errors.names[i]} = {errors.value[i]:.4g} ± {errors.half_width[i]:.2g}: "
         f"{'there' if abs(errors.value[i]) > errors.half_width[i] else 'not seen in this record'}.</p>"
-        for i in range(len(_NAMES), len(errors.names))
+        for i in range(len(layout_of(found.record).names), len(errors.names))
     )
     verdict = f"<b>{escape(str(found.status))}</b>" + (f": {escape(found.message)}" if found.message else "")
     return f"{verdict}.{more}{table.to_html(float_format='{:.5g}'.format, border=0)}"

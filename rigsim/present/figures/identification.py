@@ -24,13 +24,15 @@ def nonlinear_coefficient_figure(identification, *, ax=None):
 
 def receptance_figure(identification, *, ax=None):
     """H11, H21 and H22 of the underlying linear system, estimated (solid) and fitted (dashed) (the paper's Fig. 4)."""
-    peaks = identification.modes.frequency
+    peaks, entries = identification.modes.frequency, _entries(identification)
     alt = (
-        "Magnitude and phase of the receptances H11, H21 and H22 of the underlying linear system: estimates as solid "
+        f"Magnitude and phase of {_named(entries)} of the underlying linear system: estimates as solid "
         f"lines, fitted rational fractions as dashed lines over them; modes at {_listed(peaks)} Hz."
     )
     with style():
-        figure, axes = subplots(2, 3, alt=alt, ax=ax, width=10.0, height=5.0, sharex=True, height_ratios=(3, 2))
+        figure, axes = subplots(
+            2, len(entries), alt=alt, ax=ax, width=10.0, height=5.0, sharex=True, height_ratios=(3, 2), squeeze=False
+        )
         _draw_receptances(axes, identification)
         outer_labels(axes, ax=ax)
         return figure
@@ -51,7 +53,7 @@ def singular_value_figure(identification, *, ax=None):
 
 
 def identification_figure(identification, *, ax=None):
-    """Singular values, coefficient and receptances of an identification on one page, in nine panels."""
+    """Singular values, coefficient and receptances of an identification on one page, in nine panels or in five."""
     order, mean = len(identification.state_space.A), identification.nonlinear_coefficient.real.mean()
     jump = identification.singular_values[order - 1] / identification.singular_values[order]
     alt = (
@@ -59,19 +61,37 @@ def identification_figure(identification, *, ax=None):
         f"nonlinear coefficient with mean {mean:.4g} newtons per cubic metre; receptances of the underlying linear "
         f"system, with modes at {_listed(identification.modes.frequency)} Hz, estimated and fitted."
     )
+    several = len(_entries(identification)) > 1
     with style():
-        figure, axes = subplots(3, 3, alt=alt, ax=ax, width=10.0, height=8.6, height_ratios=(3, 3, 2))
+        shape = {"height": 8.6, "height_ratios": (3, 3, 2)} if several else {"height": 6.0}
+        figure, axes = subplots(2 + several, 3, alt=alt, ax=ax, width=10.0, **shape)
         _draw_singular_values(axes[0, 0], identification)
         _draw_coefficient(axes[0, 1:], identification, mean)
-        _draw_receptances(axes[1:], identification)
-        outer_labels(axes[1:], ax=ax)
+        _draw_receptances(axes[1:] if several else axes[1, :2, None], identification)
+        if several:
+            outer_labels(axes[1:], ax=ax)
+        else:
+            axes[1, 2].set_axis_off()
         return figure
+
+
+def _entries(identification):
+    """Names and places of the receptances that differ."""
+    return _ENTRIES if identification.receptance.shape[1] == 2 else _ENTRIES[:1]
+
+
+def _named(entries):
+    return "the receptances H11, H21 and H22" if len(entries) > 1 else "the receptance H11"
 
 
 def _draw_coefficient(axes, identification, mean):
     frequency, coefficient = identification.frequency, identification.nonlinear_coefficient
     real, imaginary = axes
     real.plot(frequency, coefficient.real, color=BLUE, label="estimate")
+    wide = identification.nonlinear_half_width
+    if np.isfinite(wide).all():
+        ends = coefficient.real - wide, coefficient.real + wide
+        real.fill_between(frequency, *ends, color=BLUE, alpha=0.2, linewidth=0, label="95 % interval")
     real.axhline(mean, color=ORANGE, linestyle="--", label=f"mean {mean:.4g}")
     if identification.nominal is not None and identification.nominal.k3 > 0:
         nominal = identification.nominal.k3
@@ -92,7 +112,7 @@ def _draw_coefficient(axes, identification, mean):
 
 def _draw_receptances(axes, identification):
     frequency = identification.frequency
-    for (label, row, column), magnitude, phase in zip(_ENTRIES, *axes, strict=True):
+    for (label, row, column), magnitude, phase in zip(_entries(identification), *axes, strict=True):
         estimated = identification.receptance[:, row, column]
         fitted = identification.fitted_receptance[:, row, column]
         magnitude.semilogy(frequency, np.abs(estimated), color=BLUE, label="estimate")
@@ -101,7 +121,7 @@ def _draw_receptances(axes, identification):
         phase.set(xlabel="frequency [Hz]", ylabel="phase [°]")
         for values, colour, line in ((estimated, BLUE, "-"), (fitted, RED, "--")):
             phase.plot(frequency, np.degrees(np.unwrap(np.angle(values))), color=colour, linestyle=line)
-    axes[0][2].legend(loc="upper right")
+    axes[0][-1].legend(loc="upper right")
 
 
 def _draw_singular_values(axis, identification):

@@ -16,7 +16,8 @@ from ...design.count import KINDS
 from ...design.probability import curve_probability
 from ...experiment.record import Record
 from ...identification.identify import identify
-from ...model.oscillator import oscillator_modes
+from ...identification.layout import layout_of
+from ...parameters import OscillatorParameters
 from ..figures import curve_probability_figure
 from .build import make_folder, write
 from .document import Document
@@ -99,7 +100,7 @@ def identified_page(found, record, name, guessed=(), force=None, settings=None, 
     if found.modelled is not None:
         _residuals(page, found)
     _linear(page, found)
-    if found.errors is not None:
+    if found.errors is not None and isinstance(found.parameters, OscillatorParameters) and not record.base:
         _curves(page, found, force)
     if settings:
         page.section("Settings")
@@ -181,7 +182,8 @@ def _parameters(page, found):
     page.section("Parameters")
     table = found.table().drop(columns=["meaning", "standard error"], errors="ignore")
     page.table(table[sorted(table, key=lambda name: name in ("nominal", "error [%]"))])  # what is found first
-    terms = () if found.errors is None else range(7, len(found.errors.names))
+    layout = layout_of(found.record)
+    terms = () if found.errors is None else range(len(layout.names), len(found.errors.names))
     if terms:
         page.items(
             f"{found.errors.names[i]} = {found.errors.value[i]:.5g} ± {found.errors.half_width[i]:.2g}" for i in terms
@@ -190,10 +192,10 @@ def _parameters(page, found):
         page.table(found.modes.table())
         page.text("No rig of this kind repeats the record, so its parameters have no intervals.")
         return
-    modes = oscillator_modes(found.parameters).table()
-    for i, column in enumerate(("± [Hz], 95 %", "± of damping, 95 %")):
-        modes[column] = found.errors.mode_half_width[: len(modes), i]
-    page.table(modes)
+    modes = layout.modes(found.errors.value)
+    if modes is not None:
+        widths = dict(zip(("± [Hz], 95 %", "± of damping, 95 %"), found.errors.mode_half_width.T, strict=True))
+        page.table(modes.table().assign(**widths))
     page.text(
         "Intervals are of 95 %, from noise and from what parts of the record disagree about; the least possible ones "
         "are those of Cramér and Rao for white noise of the size found. H_E gives the parameters in a second way, "
