@@ -41,6 +41,7 @@ from rigsim import (
     tolerance_study,
 )  # fmt: skip
 from rigsim.attraction.taps import SmallestTap
+from rigsim.identification.order import model_order
 from rigsim.orbits.verdict import verdict as verdict_of
 from rigsim.paper.ledger import Ledger, LedgerRow
 from rigsim.parameters import Nondimensional
@@ -184,6 +185,7 @@ def functions(made):
         {"record": made["record"]},
         {"order": "whole", "block_rows": "whole", "conversion": "word"},
     )
+    yield "model_order", model_order, {"record": made["record"]}, {"orders": "object?", "block_rows": "whole"}
     shown = {"x": "object", "y": "object", "points": "whole", "tolerances": "object?"}
     yield "existence_chart", existence_chart, {"parameters": RIG, "force": 3.18, "x": "m", "y": "c"}, shown
     yield "margins", margins, {"parameters": RIG, "force": 3.18}, {}

@@ -72,28 +72,9 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
         vary, if the order is odd or too large, the band empty or beyond half the sample
         rate, or the conversion unknown.
     """
-    if not isinstance(record, Record):
-        raise ValueError(f"record is a {type(record).__name__}; expected a Record")
-    if record.mass is None or set(record.kinds.values()) != {"displacement"}:
-        given = ", ".join(f"{name}: {kind}" for name, kind in record.kinds.items())
-        raise ValueError(f"outputs of the record = {given}; expected displacements of shaker and mass")
-    order, block_rows = _checked_orders(order, block_rows, record)
+    order, block_rows, band = checked_record(record, order, block_rows, band)
     progress = checks.progress(progress)
     conversion = checks.one_of("conversion", conversion, nsi.CONVERSIONS)
-    band = checks.pair("band", band, "Hz", high=record.sample_rate / 2)
-    _refuse_endless(record, block_rows, band)
-    frequency = frequencies(band, record.sample_rate)
-    lines, needed = int((frequency[-1] - frequency[0]) * record.duration), order * (order + 6)
-    if lines < needed:
-        raise ValueError(
-            f"band = {frequency[0]:g} to {frequency[-1]:g} Hz has {lines} lines in {record.duration:g} s of record; "
-            f"expected at least {needed} for order = {order}"
-        )
-    for name in ("force", "shaker", "mass", "relative"):
-        channel = checks.array(name, getattr(record, name), UNITS.get(name, "m"))
-        if not np.ptp(channel) > 1e-12 * np.abs(channel).max():
-            raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
-
     terms, noise = _checked_terms(terms), _checked_noise(noise)
     reading = {"order": order, "block_rows": block_rows, "band": band, "conversion": conversion, "terms": terms}
     with reporting(progress, _STEPS, "identification") as report:
@@ -110,6 +91,30 @@ def identify(record, order=4, block_rows=40, band=(2, 80), conversion="force", *
         report(_STEPS)
     told = channel_troubles(record, band, order)
     return found.told(record, told, mended, noise)
+
+
+def checked_record(record, order, block_rows, band):
+    """Order, block rows and band, checked against a record that must be of force and two displacements that vary."""
+    if not isinstance(record, Record):
+        raise ValueError(f"record is a {type(record).__name__}; expected a Record")
+    if record.mass is None or set(record.kinds.values()) != {"displacement"}:
+        given = ", ".join(f"{name}: {kind}" for name, kind in record.kinds.items())
+        raise ValueError(f"outputs of the record = {given}; expected displacements of shaker and mass")
+    order, block_rows = _checked_orders(order, block_rows, record)
+    band = checks.pair("band", band, "Hz", high=record.sample_rate / 2)
+    _refuse_endless(record, block_rows, band)
+    frequency = frequencies(band, record.sample_rate)
+    lines, needed = int((frequency[-1] - frequency[0]) * record.duration), order * (order + 6)
+    if lines < needed:
+        raise ValueError(
+            f"band = {frequency[0]:g} to {frequency[-1]:g} Hz has {lines} lines in {record.duration:g} s of record; "
+            f"expected at least {needed} for order = {order}"
+        )
+    for name in ("force", "shaker", "mass", "relative"):
+        channel = checks.array(name, getattr(record, name), UNITS.get(name, "m"))
+        if not np.ptp(channel) > 1e-12 * np.abs(channel).max():
+            raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
+    return order, block_rows, band
 
 
 def _brought_together(found, record, report, reading):
@@ -254,23 +259,9 @@ def _model(record, order, block_rows, band, report):
     The z that a first model gives is without the measurement's noise, which its cube is biased by. But where
     the nonlinear force is strong that model's error grows in it, so the z that leaves less unexplained is cubed.
     """
-    outputs = np.column_stack([record.shaker, record.mass])
-    mean = record.relative.mean()
-    w = record.relative - mean
-    # About the mean -z^3 is a sum of these columns and constants, so one Gram matrix serves any zero of the springs.
-    channels = np.column_stack([nsi.extended_inputs(record.force, w), w**2, outputs])
-    deviation = channels.std(axis=0)
-    gram = extended_gram((channels - channels.mean(axis=0)) / deviation, 2 * block_rows)
-    e = _springs_zero(record, channels, gram, deviation, order, block_rows, band)
+    inputs, outputs, gram, scale = about_springs_zero(record, order, block_rows, band)
     report(2)
-    inputs = nsi.extended_inputs(record.force, w - e)
-    mixed = np.eye(5)[[0, 1, 3, 4]]
-    mixed[1] = [0, 1, 3 * e, -3 * e**2, 3 * e**2]
-    scale = np.concatenate([inputs.std(axis=0), deviation[3:]])
-    mixed *= deviation / scale[:, None]
-    gram = (mixed @ (gram.reshape(-1, 5, len(gram)).transpose(1, 0, 2).reshape(5, -1))).reshape(4, -1, len(gram))
-    gram = gram.transpose(1, 0, 2).reshape(-1, 2 * block_rows, 5) @ mixed.T
-    A, C, singular_values = dynamics(gram.reshape(len(gram), -1), scale, 2, order)
+    A, C, singular_values = dynamics(gram, scale, 2, order)
     report(3)
     measured = _refined(fit_to_lines(A, C, inputs, outputs, record.sample_rate, band), inputs, outputs, band)
     report(4)
@@ -281,6 +272,29 @@ def _model(record, order, block_rows, band, report):
     if np.linalg.norm(modelled[2] / measured[2]) < np.sqrt(2):
         return singular_values, modelled_inputs, *modelled
     return singular_values, inputs, replace(measured[0], start=model.start, offset=model.offset), *measured[1:]
+
+
+def about_springs_zero(record, order, block_rows, band):
+    """Inputs [f, -z^3] with z about the springs' zero, outputs, the Gram matrix of both, and what they were divided by.
+
+    Shapes (n, 2), (n, 2), (8 block_rows, 8 block_rows) and (4,); ``order`` is that of the model that tells the zero.
+    """
+    outputs = np.column_stack([record.shaker, record.mass])
+    mean = record.relative.mean()
+    w = record.relative - mean
+    # About the mean -z^3 is a sum of these columns and constants, so one Gram matrix serves any zero of the springs.
+    channels = np.column_stack([nsi.extended_inputs(record.force, w), w**2, outputs])
+    deviation = channels.std(axis=0)
+    gram = extended_gram((channels - channels.mean(axis=0)) / deviation, 2 * block_rows)
+    e = _springs_zero(record, channels, gram, deviation, order, block_rows, band)
+    inputs = nsi.extended_inputs(record.force, w - e)
+    mixed = np.eye(5)[[0, 1, 3, 4]]
+    mixed[1] = [0, 1, 3 * e, -3 * e**2, 3 * e**2]
+    scale = np.concatenate([inputs.std(axis=0), deviation[3:]])
+    mixed *= deviation / scale[:, None]
+    gram = (mixed @ (gram.reshape(-1, 5, len(gram)).transpose(1, 0, 2).reshape(5, -1))).reshape(4, -1, len(gram))
+    gram = gram.transpose(1, 0, 2).reshape(-1, 2 * block_rows, 5) @ mixed.T
+    return inputs, outputs, gram.reshape(len(gram), -1), scale
 
 
 def _springs_zero(record, channels, gram, deviation, order, block_rows, band):

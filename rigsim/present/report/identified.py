@@ -16,6 +16,7 @@ from ...design.count import KINDS
 from ...design.probability import curve_probability
 from ...experiment.record import Record
 from ...identification.identify import identify
+from ...identification.order import model_order
 from ...model.oscillator import oscillator_modes
 from ..figures import curve_probability_figure
 from .build import make_folder, write
@@ -222,8 +223,11 @@ def _linear(page, found):
     page.text("For a cubic spring it is real and the same at all frequencies, up to the noise.")
     page.figure(found.plot("nonlinear coefficient"))
     page.section("Order")
-    page.text("Singular values: two a mode stand out, the rest is noise.")
-    page.figure(found.plot("singular values"))
+    rows, band = max(found.singular_values.size // 2, 10), (found.frequency[0], found.frequency[-1])
+    order = model_order(found.record, block_rows=rows, band=band)
+    page.text(f"{order.summary()}.")
+    page.text("Singular values: two a mode stand out, the rest is noise. Poles of the rig stay where the order grows.")
+    page.figure(order.plot())
 
 
 def _curves(page, found, force):
