@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from .. import checks
 from ..experiment.record import Record
@@ -10,6 +11,8 @@ from ..model.modes import Modes
 from ..parameters import OscillatorParameters
 from ..results import Result, Status
 from . import nsi
+from .jumps import parameters_from_jumps
+from .physical import NAMES
 from .receptance import RationalFraction
 from .subspace import StateSpace
 
@@ -144,6 +147,27 @@ class Identification(Result):
         frequency = frequencies(band, self.state_space.sample_rate)
         extended = nsi.extended_receptance(self.state_space, frequency, self.hold, self.conversion)
         return float(nsi.nonlinear_coefficient(extended).real.mean())
+
+    def from_jumps(self, jumps, free=("k3",)):
+        """`FromJumps`: a second way to the free parameters, from where a stepped test jumped, the others as found here.
+
+        Errors of the others are carried on, and the status is doubtful where both ways differ by more than they may.
+
+        Parameters
+        ----------
+        jumps, free
+            See `rigsim.identification.jumps.parameters_from_jumps`, for what is raised, too.
+        """
+        if self.errors is None or len(self.errors.names) > len(NAMES):
+            told = (
+                "the paper's readings have no errors"
+                if self.errors is None
+                else "closed forms have a cubic spring only"
+            )
+            raise ValueError(f'{told}; expected an identification by the reading "force" without further terms')
+        sure = self.errors
+        grown = sure.half_width / np.sqrt(np.maximum(np.diag(sure.covariance), 1e-300)) / stats.norm.ppf(0.975)
+        return parameters_from_jumps(jumps, self.parameters, free, sure.covariance * np.outer(grown, grown))
 
     def summary(self):
         """One line: the modes, k3, and what speaks against them."""
