@@ -30,7 +30,8 @@ from .physical import NAMES
 KINDS = {"rises": "lower", "falls": "upper"}  # what z does where the low, or the high, motion ends
 _ENDS = {"down": 0, "up": 1}  # of an interval of three solutions, by how the frequency is stepped
 _LEFT = 0.1  # of the shift by the third harmonic: what higher ones add, at most
-_LARGE = 0.2  # third harmonic over the first, beyond which it is no correction
+_LARGE = 0.1  # third harmonic over the first: twice as much as the paper's rig has at any fold
+_AWAY = 0.05  # of a frequency: so far the third harmonic moves no fold, but makes another one
 _STEP = 1e-5  # of a parameter
 _STEPS = 40
 _FAR = np.log(20.0)  # of a parameter from the start
@@ -218,7 +219,7 @@ def parameters_from_jumps(jumps, start, free=("k3",), covariance=None):
     doubts += [
         f"{name} differs from the start's {old:.5g} by {far:.2g} half-widths of the difference"
         for name, old, far in zip(free, start_value, apart, strict=True)
-        if far > 1
+        if far > stats.norm.isf(_ODD / 2) / stats.norm.ppf(0.975)
     ]
     return FromJumps(
         parameters, free, value, half_width, spread * np.outer(value, value), jumps, predicted, predicted - single,
@@ -352,8 +353,8 @@ def _folds(parameters, force):
         stiffness = parameters.k3 * max(1 + share.real + 2 * abs(share) ** 2, 0.0)
         moved = folds(parameters.replace(k3=stiffness, c=max(damping, 0.0)), force)
         same = [one.frequency for i, one in enumerate(moved) if one.kind == fold.kind and i % 2 == number % 2]
-        if same:
-            nearest = min(same, key=lambda frequency: abs(frequency - fold.frequency))
+        off, nearest = min(((abs(one / fold.frequency - 1), one) for one in same), default=(np.inf, np.nan))
+        if off < _AWAY:
             found.append((fold.kind, number % 2, nearest, fold.frequency, abs(share)))
     return found
 

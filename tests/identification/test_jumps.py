@@ -193,6 +193,21 @@ def test_a_fall_that_higher_harmonics_make_is_no_confident_answer():
     assert found.status is Status.DOUBTFUL and "the jump at 18.9 Hz and 0.5 N may be at another fold" in found.message
 
 
+def test_where_a_fold_is_about_to_merge_coarse_steps_are_a_doubt():
+    fold = next(frequency for kind, end, frequency, *_ in _folds(P, 1.55) if (kind, end) == ("upper", 1))
+    fine, coarse = (parameters_from_jumps([Jump(1.55, fold, half, "falls", "up")], P) for half in (0.05, 0.5))
+    assert fine.status is Status.FOUND and coarse.status is Status.DOUBTFUL
+    assert coarse.message == "within the interval a fold ends or bends away: it is too narrow"
+
+
+def test_too_much_third_harmonic_is_a_doubt():
+    """With a tenth of the shaker's damping z gets larger where the high motion ends."""
+    lightly = P.replace(cs=1.0)
+    fold = next(frequency for kind, end, frequency, *_ in _folds(lightly, 1.2) if (kind, end) == ("upper", 1))
+    found = parameters_from_jumps([Jump(1.2, fold, 0.05, "falls", "up")], lightly)
+    assert found.status is Status.DOUBTFUL and "% of third harmonic at a jump" in found.message
+
+
 def test_a_jump_stands_out_of_its_neighbours():
     frequency = np.arange(20.0, 30.0)
     smooth = np.exp(-0.3 * np.arange(10.0))

@@ -79,6 +79,14 @@ def test_an_offset_of_a_sensor_is_no_mode():
     assert (found.chosen, found.status) == (4, Status.FOUND) and found.fall(4) > 1e4
 
 
+def test_what_folds_in_a_slow_record_is_no_mode():
+    """Sampled at 500 Hz, z^3 is not what its samples say, and high orders find poles in the rest."""
+    for seed in range(4):
+        found = model_order(cubic_record(duration=20, seed=seed, sample_rate=500))
+        assert (found.chosen, found.status) == (4, Status.FOUND)
+        assert found.singular_values[4] > 1e-5 * found.singular_values[0]
+
+
 def test_one_decomposition_gives_what_one_for_each_order_does():
     record = cubic_record(duration=5, noise=0.01)
     found = model_order(record, orders=range(4, 15, 2), block_rows=20)
