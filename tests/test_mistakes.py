@@ -41,6 +41,8 @@ from rigsim import (
     tolerance_study,
 )  # fmt: skip
 from rigsim.attraction.taps import SmallestTap
+from rigsim.identification.jumps import Jump, parameters_from_jumps
+from rigsim.identification.order import model_order
 from rigsim.orbits.verdict import verdict as verdict_of
 from rigsim.paper.ledger import Ledger, LedgerRow
 from rigsim.parameters import Nondimensional
@@ -184,6 +186,14 @@ def functions(made):
         {"record": made["record"]},
         {"order": "whole", "block_rows": "whole", "conversion": "word"},
     )
+    yield "model_order", model_order, {"record": made["record"]}, {"orders": "object?", "block_rows": "whole"}
+    measured = {"force": 1.0, "frequency": 50.35, "half_step": 0.05, "amplitude": "falls", "sweep": "up"}
+    numbers = dict.fromkeys(("frequency", "half_step"), "number")
+    yield "Jump", Jump, measured, numbers | {"amplitude": "word", "sweep": "word"}
+    swept = {"force": 1.0, "frequency": np.arange(4.0, 8.0), "relative": np.ones(4)}
+    yield "Jump.found_in", Jump.found_in, swept, {}
+    known = {"jumps": "object", "start": "object", "free": "object", "covariance": "object?"}
+    yield "parameters_from_jumps", parameters_from_jumps, {"jumps": Jump(**measured), "start": RIG}, known
     shown = {"x": "object", "y": "object", "points": "whole", "tolerances": "object?"}
     yield "existence_chart", existence_chart, {"parameters": RIG, "force": 3.18, "x": "m", "y": "c"}, shown
     yield "margins", margins, {"parameters": RIG, "force": 3.18}, {}

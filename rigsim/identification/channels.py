@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy import signal
-from scipy.constants import standard_gravity
+from scipy.constants import g as standard_gravity
 
 from .layout import powers_of
 from .troubles import Trouble

@@ -7,25 +7,25 @@ from scipy import signal
 
 from .. import checks
 from ..blas import one_blas_thread
-from ..campaign.cost import affordable
 from ..campaign.progress import reporting
 from ..experiment.record import Record
 from ..model.modes import Modes, largest_to_one
 from . import nsi, physical
 from .alignment import brought_together
+from .asked import checked_noise, checked_record, checked_terms
 from .channels import channel_troubles
 from .layout import direct, displacing, layout_of, outputs_of, powers_of
 from .likeliest import cubic_starts, simulated_motion
 from .model import displacements, extended_model
-from .receptance import RESOLUTION, fit_rational_fraction, frequencies
+from .order import model_order
+from .receptance import fit_rational_fraction, frequencies
 from .refine import response_deviations
 from .result import Identification
 from .simulate import displaced
-from .terms import Term
+from .troubles import Trouble
 from .trust import trusted
 from .verdict import judged
 
-_MATRICES, _LINE, _SAMPLE = 8, 6e4, 1e3  # of all block rows, in memory at once; bytes a frequency and a sample
 _STEPS = 8  # of work
 _ROUNDS = 2
 _APART = 0.05  # of an output left: the channels may not belong together as they are told
@@ -51,15 +51,16 @@ def identify(
        else the channels are brought together (`alignment`); what was mended is told.
 
     A record of one sensor is that of one mass on a spring to the ground: y = [x], z = x. Where outputs are velocities
-    or accelerations, or the input is that of a base, step 6 comes first, from the linear response, and the simulated z
-    takes the place of a measured one: nothing is integrated in time, receptances are divided by powers of i omega.
+    or accelerations, lines of the band give a z to start from; then the simulated one takes its place, outputs are used
+    as they are, and receptances are divided by powers of i omega. On a base, the first mass is 1.
 
     Parameters
     ----------
     record : Record or sequence of Record
         Force and motions under a force that excites the whole band; several tests of one rig are joined.
-    order : int, optional
-        Order of the model, even: two a mode. By default that of the rig, 4, or 2 of one mass.
+    order : int or "auto", optional
+        Order of the model, even: two a mode. By default that of the rig, 4, or 2 of one mass; "auto" is the one that
+        `rigsim.identification.order.model_order` finds.
     block_rows : int
         Block rows of the past and of the future in the subspace step.
     band : pair of float
@@ -82,29 +83,20 @@ def identify(
         empty or beyond half the sample rate, or the conversion unknown or not for such a record.
     """
     record = Record.joined(checks.one_or_many("record", record, Record, "a Record"))
-    order, block_rows = _checked_orders(order, block_rows, record)
+    choice = checks.one_of("order", order, ("auto",)) if isinstance(order, str) else None
+    order, block_rows, band = checked_record(record, None if choice else order, block_rows, band)
     progress = checks.progress(progress)
     conversion = checks.one_of("conversion", conversion, nsi.CONVERSIONS)
-    band = checks.pair("band", band, "Hz", high=record.sample_rate / 2)
-    _refuse_endless(record, block_rows, band)
-    frequency = frequencies(band, record.sample_rate)
-    lines, needed = int((frequency[-1] - frequency[0]) * record.duration), order * (order + 6)
-    if lines < needed:
-        raise ValueError(
-            f"band = {frequency[0]:g} to {frequency[-1]:g} Hz has {lines} lines in {record.duration:g} s of record; "
-            f"expected at least {needed} for order = {order}"
-        )
     if conversion != "force" and not direct(record):
         raise ValueError(
             f'conversion = "{conversion}" is not allowed; expected "force" where displacements were not measured'
         )
-    for name, channel in record.signals.items():
-        if name != "tilt" and not np.ptp(channel) > 1e-12 * np.abs(channel).max():
-            raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
-
-    terms, noise = _checked_terms(terms, layout_of(record)), _checked_noise(noise)
+    terms, noise = checked_terms(terms, layout_of(record)), checked_noise(noise)
     reading = {"order": order, "block_rows": block_rows, "band": band, "conversion": conversion, "terms": terms}
     with reporting(progress, _STEPS, "identification") as report:
+        if choice:
+            choice = model_order(record, None, block_rows, band)
+            reading["order"] = choice.chosen
         found, mended = _read(record, report, **reading), []
         if conversion == "force" and found.trust.left.max() > _APART:
             found, mended = _brought_together(found, record, report, reading)
@@ -118,6 +110,7 @@ def identify(
             found = _with_simulated_motion(found, report, reading)
         report(_STEPS)
     told = channel_troubles(record, band, order)
+    told += [Trouble("order", choice.message)] if choice and choice.message else []
     return found.told(record, told, mended, noise)
 
 
@@ -264,55 +257,6 @@ def _by_subspace(record, report, order, block_rows, band, conversion, relative=N
         "extended": extended, "fraction": fraction, "values": values, "misfit": misfit,
         "deviation": deviation,
     }  # fmt: skip
-
-
-def _refuse_endless(record, block_rows, band):
-    """Refuse what cannot be afforded: matrices of all block rows of five channels, and what is read at frequencies."""
-    rows, samples, lines = 2.0 * block_rows * 5, record.force.size, (band[1] - band[0]) / RESOLUTION
-    affordable(
-        f"block_rows = {block_rows}", instead="fewer block rows", memory=8 * _MATRICES * rows**2,
-        seconds=4e-10 * samples * rows * 5 + 5e-10 * rows**3,
-    )  # fmt: skip
-    affordable(
-        f"band = {band[0]:g} to {band[1]:g} Hz with a record of {samples} samples", instead="a narrower band",
-        memory=_LINE * lines + _SAMPLE * samples, seconds=2e-3 * lines + 2e-5 * samples,
-    )  # fmt: skip
-
-
-def _checked_terms(terms, layout):
-    terms = () if isinstance(terms, (tuple, list)) and not terms else checks.one_or_many("terms", terms, Term, "a Term")
-    names = [*layout.names, *(term.name for term in terms)]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"terms name {name} twice; expected names of their own, none of {', '.join(layout.names)}")
-    for term in terms:
-        if max(term.between) >= len(layout.masses):
-            least = f"masses of the record, numbers below {len(layout.masses)}"
-            raise ValueError(f"term {term.name} is between {term.between}; expected {least}")
-    return tuple(terms)
-
-
-def _checked_noise(noise):
-    """Share of the recorded force that is noise, or None."""
-    if noise is None:
-        return None
-    noise = checks.instance("noise", noise, dict, "a dict such as {'force': 0.01}")
-    shares = {checks.one_of("noise of", name, ("force",)): share for name, share in noise.items()}
-    return checks.real("noise of force", shares.get("force", 0.0), low=0.0, high=1.0)
-
-
-def _checked_orders(order, block_rows, record):
-    block_rows, least = checks.integer("block_rows", block_rows, low=4), layout_of(record).order
-    order = least if order is None else checks.integer("order", order, low=least, high=block_rows)
-    if order % 2:
-        raise ValueError(f"order = {order} is not allowed; expected an even number, two a mode")
-    # As many Hankel columns as rows of all channels: fewer, and past and future span everything.
-    needed = 2 * block_rows * (2 + len(record.kinds)) + 2 * block_rows - 1
-    n = min(test.force.size for test in record.tests)
-    if n < needed:
-        which = "record" if len(record.joints) == 1 else "shortest test of the record"
-        raise ValueError(f"{which} has {n} samples; expected at least {needed} for block_rows = {block_rows}")
-    return order, block_rows
 
 
 def _weights(inputs, noise, sample_rate, frequency):

@@ -35,7 +35,7 @@ def extended_model(record, order, block_rows, band, report, relative=None):
     """
     outputs, lines = outputs_of(record), (band, record.joints)
     if relative is None:
-        inputs, gram, scale = _about_the_springs_zero(record, order, block_rows, band)
+        inputs, gram, scale = about_springs_zero(record, order, block_rows, band)
     else:
         inputs = nsi.extended_inputs(record.force, relative)
         gram, scale = _gram(np.column_stack([inputs, outputs]), record.joints, block_rows)
@@ -92,8 +92,12 @@ def _gram(channels, joints, block_rows):
     return sum(extended_gram(scaled[slice(*test)], 2 * block_rows) for test in zip(joints, ends, strict=True)), scale
 
 
-def _about_the_springs_zero(record, order, block_rows, band):
-    """Extended inputs of the measured z about the zero of the springs, and what `_gram` returns of them and outputs."""
+def about_springs_zero(record, order, block_rows, band):
+    """Inputs [f, -z^3], with a measured z about the springs' zero, the Gram matrix of them and the outputs, and scales.
+
+    Of shapes (n, 2), (2 block_rows c, 2 block_rows c) and (c,), c channels, which were divided by the last;
+    ``order`` is that of the model that tells the zero.
+    """
     outputs, layout = outputs_of(record), layout_of(record)
     relative = layout.across(outputs)
     w = relative - relative.mean()

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from .. import checks
 from ..experiment.record import Record
@@ -10,8 +11,10 @@ from ..model.modes import Modes
 from ..parameters import MassParameters, OscillatorParameters
 from ..results import Result, Status
 from . import nsi
+from .jumps import parameters_from_jumps
 from .layout import layout_of, powers_of
 from .likeliest import given
+from .physical import NAMES
 from .receptance import RationalFraction, frequencies
 from .simulate import simulate
 from .subspace import StateSpace
@@ -176,6 +179,27 @@ class Identification(Result):
         _, run, reach = given(structure, record, record.joints, self.frequency[[0, -1]])
         rest = np.zeros((len(run.begins), 2 * len(structure.masses)))
         return simulate(structure, values, run, rest, reach, finer=_FINER)[0]
+
+    def from_jumps(self, jumps, free=("k3",)):
+        """`FromJumps`: a second way to the free parameters, from where a stepped test jumped, the others as found here.
+
+        Errors of the others are carried on, and the status is doubtful where both ways differ by more than they may.
+
+        Parameters
+        ----------
+        jumps, free
+            See `rigsim.identification.jumps.parameters_from_jumps`, for what is raised, too.
+        """
+        if self.errors is None or self.errors.names != NAMES or self.record.base:
+            told = (
+                "the paper's readings have no errors"
+                if self.errors is None
+                else "closed forms have two masses, a force and a cubic spring only"
+            )
+            raise ValueError(f'{told}; expected an identification by the reading "force" of such a rig')
+        sure = self.errors
+        grown = sure.half_width / np.sqrt(np.maximum(np.diag(sure.covariance), 1e-300)) / stats.norm.ppf(0.975)
+        return parameters_from_jumps(jumps, self.parameters, free, sure.covariance * np.outer(grown, grown))
 
     def summary(self):
         """One line: the modes, k3, and what speaks against them."""

@@ -61,7 +61,17 @@ def dynamics(gram, deviation, p, order):
     channel are projected out exactly; poles outside the unit circle are mirrored into it. A jump after the
     ``order``-th singular value tells the order of the system.
     """
-    rows = sorted_rows(deviation.size, p, len(gram) // (2 * deviation.size))
+    observability, singular_values = decomposed(gram, deviation.size, p)
+    A, C = truncated(observability, deviation[p:], order)
+    return _stable(A), C, singular_values
+
+
+def decomposed(gram, c, p):
+    """Extended observability matrix of every order at once, and singular values, from the Gram matrix of c channels.
+
+    The first o columns are the matrix of order o, whichever o, so that one decomposition serves all; see `truncated`.
+    """
+    rows = sorted_rows(c, p, len(gram) // (2 * c))
     gram = gram[np.ix_(rows, rows)]
     try:
         lower = linalg.cholesky(gram, lower=True)
@@ -69,7 +79,7 @@ def dynamics(gram, deviation, p, order):
         values, vectors = linalg.eigh(gram)
         root = vectors * np.sqrt(np.clip(values, 0.0, None))
         lower = linalg.qr(root.T, mode="r")[0].T
-    return from_root(lower, deviation, p, order)
+    return from_root(lower, c, p)
 
 
 def sorted_rows(c, p, block_rows):
@@ -78,15 +88,18 @@ def sorted_rows(c, p, block_rows):
     return np.concatenate([future[:, :p].ravel(), past.ravel(), future[:, p:].ravel()])
 
 
-def from_root(lower, deviation, p, order):
-    """What `dynamics` returns, from the lower triangle of the sorted Hankel matrix."""
-    c, q = deviation.size, deviation.size - p
+def from_root(lower, c, p):
+    """What `decomposed` returns, from the lower triangle of the sorted Hankel matrix."""
     block_rows = len(lower) // (2 * c)
     first, second = block_rows * p, block_rows * (p + c)
     left, singular_values, _ = linalg.svd(lower[second:, first:second], full_matrices=False)
-    observability = left[:, :order] * np.sqrt(singular_values[:order])
-    A = _stable(np.linalg.lstsq(observability[:-q], observability[q:], rcond=None)[0])
-    return A, deviation[p:, None] * observability[:q], singular_values
+    return left * np.sqrt(singular_values), singular_values
+
+
+def truncated(observability, deviation, order):
+    """A and C of one order from what `decomposed` returns; ``deviation`` (q,) is that of the outputs."""
+    kept, q = observability[:, :order], deviation.size
+    return np.linalg.lstsq(kept[:-q], kept[q:], rcond=None)[0], deviation[:, None] * kept[:q]
 
 
 def fit_input_matrices(A, C, inputs, outputs, sample_rate):

@@ -95,3 +95,18 @@ def first_order(p):
     inverse = np.linalg.inv(mass)
     A = np.block([[np.zeros((2, 2)), np.eye(2)], [-inverse @ stiffness, -inverse @ damping]])
     return A, np.array([[0.0], [0.0], [1 / p.ms], [0.0]]), np.eye(2, 4)
+
+
+def stepped_amplitudes(force, frequencies, dwell=1.0, sample_rate=8000, parameters=None):
+    """Amplitude of z (m) at each frequency of a stepped test, each begun where the one before ended; dwells in s."""
+    p = (parameters or RigParameters()).oscillator
+    periods = np.ceil(dwell * frequencies)
+    samples = np.round(periods / frequencies * sample_rate).astype(int)
+    phase = np.cumsum(2 * np.pi / sample_rate * np.repeat(frequencies, samples))
+    states = _integrate(force * np.cos(phase), 1 / sample_rate, _numbers(p), True)
+    found, ends = [], np.cumsum(samples)
+    for f, end in zip(frequencies, ends, strict=True):
+        part = slice(end - int(round(5 / f * sample_rate)), end)  # the last five periods
+        z = states[part, 0] - states[part, 1]
+        found.append(2 * abs(np.mean(z * np.exp(-1j * phase[part]))))
+    return np.array(found)

@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from rigsim.identification.subspace import dynamics, extended_gram, fit_input_matrices, from_root, sorted_rows
+from rigsim.identification.subspace import (
+    dynamics,
+    extended_gram,
+    fit_input_matrices,
+    from_root,
+    sorted_rows,
+    truncated,
+)
 
 
 def identify_state_space(inputs, outputs, sample_rate, order, block_rows, method="gram"):
@@ -24,7 +31,8 @@ def identify_state_space(inputs, outputs, sample_rate, order, block_rows, method
         hankel = windows.reshape(len(windows), -1)
         hankel = (hankel - hankel.mean(axis=0))[:, sorted_rows(*channels.shape[1:], inputs.shape[1], block_rows)]
         root = np.linalg.qr(hankel, mode="r").T
-        A, C, singular_values = from_root(root, deviation, inputs.shape[1], order)
+        observability, singular_values = from_root(root, deviation.size, inputs.shape[1])
+        A, C = truncated(observability, deviation[inputs.shape[1] :], order)
     else:
         gram = extended_gram(channels, 2 * block_rows)
         A, C, singular_values = dynamics(gram, deviation, inputs.shape[1], order)

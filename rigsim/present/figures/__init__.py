@@ -15,6 +15,7 @@ from .identification import (
 )
 from .modes import modes_figure
 from .orbits import harmonics_figure, orbits_figure
+from .order import stabilisation_figure
 from .overlay import branches_figure
 from .probability import curve_probability_figure, detached_probability_figure
 from .readings import readings_figure
@@ -37,6 +38,6 @@ __all__ = [
     "identification_figure", "integrity_figure", "margins_figure", "modes_figure", "nonlinear_coefficient_figure",
     "orbits_figure", "parameter_figure", "prediction_figure", "readings_figure", "receptance_figure", "record_figure",
     "residual_figure", "response_surface_figure", "rig_figure", "sheet_amplitude_figure", "sheet_figure",
-    "sine_test_figure", "singular_value_figure", "spectrum_figure", "statics_figure", "subharmonics_figure",
-    "tap_map_figure", "tolerance_study_figure", "wire_law_figure",
+    "sine_test_figure", "singular_value_figure", "spectrum_figure", "stabilisation_figure", "statics_figure",
+    "subharmonics_figure", "tap_map_figure", "tolerance_study_figure", "wire_law_figure",
 ]  # fmt: skip

@@ -19,6 +19,7 @@ from matplotlib.text import Text
 
 import rigsim
 from rigsim.design.probability import curve_probability
+from rigsim.identification.order import model_order
 from rigsim.present import figures
 from rigsim.present.figures import style
 
@@ -90,6 +91,7 @@ EXAMPLES = {
     "sine_test_figure": (shaken, "lines", {}, 3),
     "singular_value_figure": (lambda: identified()[0], "singular values", {}, 1),
     "spectrum_figure": (shaken, "spectrum", {"indices": [0, 1]}, 4),
+    "stabilisation_figure": (lambda: model_order(rigsim.random_test(RIG, duration=10)), "stabilisation", {}, 2),
     "statics_figure": (lambda: rigsim.static_equilibrium(RIG), "statics", {"points": 3}, 4),
     "subharmonics_figure": (lambda: rigsim.subharmonic_motions(RIG, 3.18, [70.0], starts=32), "subharmonics", {}, 2),
     "tap_map_figure": (
