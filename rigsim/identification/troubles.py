@@ -10,14 +10,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .likelihood import inverse, noise_weights, normal_equations
+from .likelihood import moved_beside, noise_weights
+from .lines import inverse
 from .simulate import simulate
 from .terms import Friction, Power, Term
 
 _SURE = 7.0  # standard errors
 _EXPLAINS = 0.05  # of what is left, at least
 _ALIKE = 1e-8  # of a column's squares, beside those of the parameters
-_AT_ONCE = 10  # terms, for the memory's sake
 NAMES = ("shaker", "mass")
 TIMING = ("delay", "clock")
 _GROUPS = ((0, 1), (0,), (1,))
@@ -59,35 +59,44 @@ class Candidate:
     ----------
     name : str
         What kind.
-    column : ndarray, shape (n, 2)
+    column : ndarray, shape (n, 2), or None
         What a unit of it adds to shaker and mass.
     told, mend : callable
         Its words and its cure, given its size.
+    lines : ndarray, shape (blocks, lines, 2)
+        Of the rest of the column, where that itself is not held.
     """
 
     name: str
     column: np.ndarray
     told: Callable
     mend: Callable = lambda size: {}
+    lines: np.ndarray | None = None
 
 
 def suspected(fit, lines, candidates, most=3):
     """Of the candidates, at most so many that explain what a fit leaves: the best, then the best beside it."""
-    own, left, found = lines(fit.columns), fit.left, []
-    transformed = [(replace(one, column=None), lines(fit.freed(one.column))) for one in candidates]
+    flat = lambda array: np.ascontiguousarray(array).view(float).reshape(-1)  # noqa: E731  real and imaginary parts
+    own, left, found = [flat(column) for column in np.moveaxis(fit.own, -1, 0)], fit.left, []
+    transformed = [
+        (
+            replace(one, column=None, lines=None),
+            flat(fit.freed.lines(lines, one.column) if one.lines is None else one.lines),
+        )
+        for one in candidates
+    ]
     while len(found) < most:
-        weights = noise_weights(left)
-        information, slope = normal_equations(own, left, weights)
-        covariance = inverse(information)
+        weights = flat(np.broadcast_to(noise_weights(left) * (1 + 1j), left.shape))
+        columns = np.array(own)
+        covariance, slope = inverse(columns * weights @ columns.T), columns @ (weights * flat(left))
         best, gain = None, max(_SURE**2, _EXPLAINS * left.size)
         for candidate, column in transformed:
             heavy = weights * column
-            shared = np.einsum("blip,bli->p", own.conj(), heavy).real
-            whole = np.vdot(heavy, column).real
+            shared, whole = columns @ heavy, heavy @ column
             apart = whole - shared @ covariance @ shared
             if not apart > _ALIKE * whole:
                 continue  # some change of the parameters does the same
-            size = (np.vdot(heavy, left).real - shared @ covariance @ slope) / apart
+            size = (heavy @ flat(left) - shared @ covariance @ slope) / apart
             if size**2 * apart > gain:
                 best, gain = (candidate, column, size, covariance @ (slope - shared * size)), size**2 * apart
         if best is None:
@@ -95,8 +104,8 @@ def suspected(fit, lines, candidates, most=3):
         one, column, size, move = best
         shift = move[: fit.values.size]
         found.append(Trouble(one.name, one.told(size), one.mend(size), shift, gain / left.size, size))
-        left = left - own @ move - column * size
-        own = np.concatenate([own, column[..., None]], axis=-1)
+        left = left - (move @ columns + column * size).view(complex).reshape(left.shape)
+        own.append(column)
     return found
 
 
@@ -109,8 +118,7 @@ def candidates(fit, record):
     yield from _filters(motion, velocity, rate)
     for one, other in ((0, 1), (1, 0)):
         yield from _sensor(motion, record.force - record.force.mean(), one, other)
-    yield from _terms(fit, motion, velocity)
-    yield from _force(fit, record)
+    yield from _driven(fit, record, motion, velocity)
 
 
 def delay_of(names, delay, rate):
@@ -143,7 +151,10 @@ def told_once(troubles, rate):
 
 def _of(which, column):
     """A column of both outputs, of which some take part."""
-    return column * np.isin((0, 1), which)
+    found = np.zeros_like(column)
+    for output in which:
+        found[:, output] = column[:, output]
+    return found
 
 
 def timing(fit, record):
@@ -178,14 +189,17 @@ def _sensor(motion, force, one, other):
         f"the sensitivity of {name} is {100 * abs(size):.2g} % {'larger' if size > 0 else 'smaller'} than told, "
         f"against that of {beside}"
     )
-    yield Candidate("gain", _of(one, motion), more)
+    yield Candidate("gain", _of((one,), motion), more)
     leaked = np.column_stack([motion[:, other]] * 2)
-    yield Candidate("cross-talk", _of(one, leaked), lambda size: f"{100 * size:.2g} % of {beside} is in {name}")
+    yield Candidate("cross-talk", _of((one,), leaked), lambda size: f"{100 * size:.2g} % of {beside} is in {name}")
     leaked = np.column_stack([force] * 2)
-    yield Candidate("cross-talk", _of(one, leaked), lambda size: f"the force leaks into {name} ({abs(size):.2g} m/N)")
-    for exponent, word in ((2, "square"), (3, "cube")):
+    yield Candidate(
+        "cross-talk", _of((one,), leaked), lambda size: f"the force leaks into {name} ({abs(size):.2g} m/N)"
+    )
+    square = motion * motion
+    for power, word in ((square, "square"), (motion * square, "cube")):
         bent = lambda size, word=word: f"the sensor of {name} is not linear: {size:.2g} times its {word}"  # noqa: E731
-        yield Candidate("sensor", _of(one, motion**exponent), bent)
+        yield Candidate("sensor", _of((one,), power), bent)
 
 
 def _library(motion, velocity):
@@ -204,40 +218,31 @@ def _library(motion, velocity):
         yield Term(f"c_{tag}", between, None, "velocity", "N s/m"), f"a linear damper {where}", quick
 
 
-def _terms(fit, motion, velocity):
-    """Terms that the rig was not fitted with, as what they would move."""
+def _driven(fit, record, motion, velocity):
+    """Terms that the rig was not fitted with, an AC-coupled force, a force sensor that is not linear, another hold."""
     structure, kinds = fit.structure, {_kind(term) for term in fit.structure.terms}
     more = [row for row in _library(motion, velocity) if _kind(row[0]) not in kinds]
     wide = replace(structure, terms=(*structure.terms, *(term for term, _, _ in more)))
     values = np.concatenate([fit.values, np.zeros(len(more))])
     reach = np.concatenate([fit.reach, [far for _, _, far in more]])
-    for first in range(0, len(more), _AT_ONCE):
-        some = more[first : first + _AT_ONCE]
-        wanted = fit.values.size + first + np.arange(len(some))
-        _, columns = simulate(wide, values, fit.run, fit.starts, reach, wanted)
-        for place, (term, what, _) in enumerate(some):
-            told = lambda size, term=term, what=what: f"{what} seems to be there too, {size:.3g} {term.unit}"  # noqa: E731
-            yield Candidate("term", columns[..., place], told, lambda size, term=term: {"terms": (term,)})
+    force = record.force - record.force.mean()
+    extra = np.column_stack([np.cumsum(force) / record.sample_rate, force**3])
+    outputs, columns = moved_beside(fit, wide, values, reach, range(fit.values.size, values.size), extra)
+    for place, (term, what, _) in enumerate(more):
+        told = lambda size, term=term, what=what: f"{what} seems to be there too, {size:.3g} {term.unit}"  # noqa: E731
+        yield Candidate("term", None, told, lambda size, term=term: {"terms": (term,)}, columns[..., place])
+    coupled = lambda size: f"the force looks AC coupled, at {abs(size) / (2 * np.pi):.2g} Hz"  # noqa: E731
+    yield Candidate("AC coupling", None, coupled, lines=columns[..., -2])
+    bent = lambda size: f"the force sensor is not linear: {size:.2g} times its cube"  # noqa: E731
+    yield Candidate("sensor", None, bent, lines=columns[..., -1])
+    for hold in ("zero", "linear", "band-limited"):
+        if hold != record.hold:
+            other, _ = simulate(structure, fit.values, replace(fit.run, hold=hold), fit.starts, fit.reach)
+            told = lambda size, hold=hold: f'hold = "{hold}" fits better than "{record.hold}"'  # noqa: E731
+            yield Candidate("hold", other - outputs, told, lambda size, hold=hold: {"hold": hold})
 
 
 def _kind(term):
     """What tells one term from another: its place, its motion, and its law at two places."""
     law = None if term.law is None else tuple(np.round(term.law(np.array([0.5, -1.0])), 12))
     return term.between, term.of, law
-
-
-def _force(fit, record):
-    """An AC-coupled force, a force sensor that is not linear, another hold."""
-    structure, force = fit.structure, record.force - record.force.mean()
-    usual = structure, fit.values, fit.run, fit.starts, fit.reach
-    extra = np.column_stack([np.cumsum(force) / record.sample_rate, force**3])
-    outputs, columns = simulate(*usual, wanted=[0], extra=extra)
-    coupled = lambda size: f"the force looks AC coupled, at {abs(size) / (2 * np.pi):.2g} Hz"  # noqa: E731
-    yield Candidate("AC coupling", columns[..., -2], coupled)
-    bent = lambda size: f"the force sensor is not linear: {size:.2g} times its cube"  # noqa: E731
-    yield Candidate("sensor", columns[..., -1], bent)
-    for hold in ("zero", "linear", "band-limited"):
-        if hold != record.hold:
-            other, _ = simulate(structure, fit.values, replace(fit.run, hold=hold), fit.starts, fit.reach)
-            told = lambda size, hold=hold: f'hold = "{hold}" fits better than "{record.hold}"'  # noqa: E731
-            yield Candidate("hold", other - outputs, told, lambda size, hold=hold: {"hold": hold})

@@ -6,7 +6,8 @@ import numpy as np
 from scipy import stats
 from scipy.ndimage import uniform_filter1d
 
-from .likelihood import SMOOTH, inverse, noise_weights, normal_equations, white_weights
+from .likelihood import SMOOTH, noise_weights, normal_equations, white_weights
+from .lines import inverse
 
 _PARTS = 12  # of the record, in time and over the band, whose pulls on the parameters are compared
 _ODD = 0.001  # chance of a disagreement that is taken for one
@@ -41,7 +42,7 @@ def uncertainty(fit, lines, beside=()):
 
     ``beside`` are columns (n, q) of what else was estimated, as the delay that was taken from a record.
     """
-    own = np.concatenate([lines(fit.columns), *(lines(fit.freed(column))[..., None] for column in beside)], axis=-1)
+    own = np.concatenate([fit.own, *(fit.freed.lines(lines, column)[..., None] for column in beside)], axis=-1)
     weights, count = noise_weights(fit.left), fit.values.size
     weighted = weights[..., None] * own
     inverted = inverse(normal_equations(own, fit.left, weights)[0])
