@@ -221,8 +221,8 @@ def _rig(structure, values, reach, derived):
         driven[:d] = np.array(structure.driven) / masses[:d]
     straight = np.array([term.law is None for term in terms])
     linear = np.einsum("t,ti,tj->ij", coefficients[straight], pull[straight], along[straight])
-    used = (coefficients != 0) | np.isin(np.arange(len(terms)), derived - d)
-    bent, plain = np.flatnonzero(~straight & used), np.flatnonzero(straight & used)
+    present, wanted = coefficients != 0, np.isin(np.arange(len(terms)), derived - d)
+    bent, plain, absent = map(np.flatnonzero, (~straight & present, straight & wanted, ~straight & ~present & wanted))
     # What moves each column: a law's force, a mass's own, nothing or a force beside the recorded one.
     share, source = np.zeros((_MASSES, derived.size)), np.full(derived.size, len(terms) + _MASSES)
     for place, which in enumerate(derived):
@@ -233,7 +233,7 @@ def _rig(structure, values, reach, derived):
         elif which == _FORCE:
             share[:, place], source[place] = driven, source[: place + 1].max() + 1
     tables, low, step = _tables(terms, reach)
-    return driven, carried, linear.ravel(), along, pull, bent, plain, tables, low, 1 / step, source, share
+    return driven, carried, linear.ravel(), along, pull, bent, plain, absent, tables, low, 1 / step, source, share
 
 
 def _fastest(structure, values, reach):
@@ -286,8 +286,8 @@ def _law(table, low, per, r):
 
 @compiled(fastmath={"contract"})
 def _march(
-    state, lanes, forces, extra, h, steps, coefficients, driven, carried, linear, along, pull, bent, plain, tables, low,
-    per, source, target, sensed, outputs, columns,
+    state, lanes, forces, extra, h, steps, coefficients, driven, carried, linear, along, pull, bent, plain, absent,
+    tables, low, per, source, target, sensed, outputs, columns,
 ):  # fmt: skip
     """Take a state and its derivatives over the next samples, and write down what the sensors see before each.
 
@@ -317,7 +317,7 @@ def _march(
                     sources[n], slope = _law(tables[n], low[n], per[n], r)
                     at_first, at_second = coefficients[n] * pull[n, 0], coefficients[n] * pull[n, 1]
                     a, b = a + at_first * sources[n], b + at_second * sources[n]
-                    if count and coefficients[n] != 0:
+                    if count:
                         for j in range(4):
                             tangent[stage, j] += at_first * slope * along[n, j]
                             tangent[stage, 4 + j] += at_second * slope * along[n, j]
@@ -332,6 +332,10 @@ def _march(
                     sources[terms], sources[terms + 1] = a - carried[0] * f, b - carried[1] * f
                     for n in plain:
                         sources[n] = (along[n, 0] * x + along[n, 1] * y) + (along[n, 2] * v + along[n, 3] * w)
+                    if stage > 0 or k + part == 0:  # else as where the last step ended
+                        for n in absent:
+                            r = (along[n, 0] * x + along[n, 1] * y) + (along[n, 2] * v + along[n, 3] * w)
+                            sources[n], _ = _law(tables[n], low[n], per[n], r)
                     for j in range(source.size):
                         lanes[target[j] + stage * _LANES] = sources[source[j]]
             state[0], state[1], state[2], state[3] = x0 + h * dx, y0 + h * dy, v0 + h * dv, w0 + h * dw

@@ -31,7 +31,8 @@ def test_lines_are_those_of_all_samples(band, samples):
         whole = of_whole(lines, channel)
         off = np.abs(lines(noise)[..., output] - whole)
         inside = (lines.begins >= 0) & (lines.begins + lines.size <= samples)
-        assert off[inside].max() < 2e-3 * np.abs(whole).std()
+        # The gain that is divided out is that of a line, and the window lets a little of its neighbours in.
+        assert off[inside].max() < 5e-3 * np.abs(whole).std()
         assert off.max() < 0.2 * np.abs(whole).std()  # where the record ends the filter sees zeros
 
 

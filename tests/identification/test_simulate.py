@@ -149,3 +149,17 @@ def test_columns_by_the_first_state_end_where_they_have_died_away_and_may_be_lef
     begun = np.abs(columns[..., 2:6]).max(axis=1)
     (last,) = {np.flatnonzero(column).max() for column in begun.T}
     assert 4000 < last < 36_000 and (begun[last] < 1e-10 * begun.max(axis=0)).all()
+
+
+def test_a_term_of_no_size_moves_what_a_little_of_it_does():
+    record = cubic_record(duration=3, rms=2)
+    rig = replace(RIG, terms=(*RIG.terms, Term("mu", (0, 1), Friction(0.02), "velocity"), Term("k5", (1,), Power(5))))
+    run, reach = Run(record.force, 2000.0, "zero"), reach_of(record, [0.1, 1e-3])
+    little = np.array([1e-12, 1e-6])
+    absent, present = (
+        simulate(rig, np.append(VALUES, sizes), run, REST, reach, [7, 8], states=False)[1]
+        for sizes in (0 * little, little)
+    )
+    for place in (0, 1):
+        off = np.abs(absent - present)[..., place].max()
+        assert 0 < off < 1e-4 * np.abs(present[..., place]).max()
