@@ -17,7 +17,7 @@ from .simulate import Run, Structure, marched, simulate
 
 _STEPS = 20
 _SETTLED = 0.03  # standard errors
-_OUTDATED = 0.25  # of the noise that weights were made for
+_OUTDATED = 1.5  # times the weights of what was taken for noise
 _EXACT = 1e-7  # of a parameter: no smaller step is asked for, whatever the noise
 _ENDLESS = 1e100  # of anything
 _NOISY = 3e-3  # share of an output
@@ -68,7 +68,7 @@ class Fit:
     @property
     def owners(self):
         """Which test each block belongs to."""
-        return self.lines.owners(self.run.joints)
+        return self.lines.owners(self.run.joints, self.left)
 
 
 class FitError(ValueError):
@@ -160,7 +160,6 @@ class _Search:
         self._rig, self._outputs, self.lines, self._whole = (structure, run, reach), outputs, lines, lines(outputs)
         self._values, self._starts, self._step, self._lost, self._spectral = values, starts, None, None, False
         self.look, self.settled, self.lost_its_way = None, False, False
-        self._owners = lines.owners(run.joints)
 
     def arrived(self):
         """Look around, or go back where the step here was too far: whether it was not."""
@@ -184,8 +183,10 @@ class _Search:
         fresh = self.look
         while True:
             look = self.look
-            if self._spectral and look is self._near and self._cost(look.left) < _OUTDATED * look.left.size:
-                self._weights = noise_weights(look.left, self._owners)  # what was foretold to be left was no noise
+            if self._spectral and look is self._near:
+                weights = self._noise_weights(look.left)
+                if (weights > _OUTDATED * self._weights).any():
+                    self._weights = weights  # what was foretold to be left was no noise
             step, error = _newton(look.own, look.left, self._weights, look.values[: len(self._rig[0].masses)])
             size = np.minimum(np.abs(step) / error, np.abs(step / look.values) / _EXACT).max()
             self.settled = bool(self._spectral and look is self._near and size < _SETTLED)
@@ -194,7 +195,7 @@ class _Search:
             beyond = self._cost(foretold + look.begun) / np.sqrt(self._cost(self._whole))
             done = self.settled or not beyond < _SETTLED
             if not done and self._lost is not None and not self._spectral:
-                self._weights, self._spectral = noise_weights(look.left - foretold, self._owners), True
+                self._weights, self._spectral = self._noise_weights(look.left - foretold), True
                 continue
             self._go(step, look.moved(step))
             if done or (self._spectral and look is not fresh):
@@ -220,6 +221,9 @@ class _Search:
             self._weights = white_weights(self.look.left)
         elif self._cost(self.look.left - foretold) < _SETTLED**2:
             self._near = self.look
+
+    def _noise_weights(self, left):
+        return noise_weights(left, self.lines.owners(self._rig[1].joints, left))
 
     def _cost(self, left):
         return np.sum(self._weights * np.abs(left) ** 2)

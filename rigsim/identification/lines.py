@@ -45,9 +45,17 @@ class Lines:
         self.add(channels, 0, thinned)
         return self.of(thinned).reshape(self.begins.size, self.kept.size, *channels.shape[1:])
 
-    def owners(self, joints):
-        """Which test the middle of each block belongs to, of those that begin at ``joints``, (blocks,)."""
-        return np.searchsorted(joints, np.maximum(self.begins + self.size // 2, 0), "right") - 1
+    def owners(self, joints, left):
+        """Which test each block belongs to, of those that begin at ``joints``, (blocks,): where two meet, the louder.
+
+        That is by what is ``left`` of the outputs, (blocks, lines, q), whose noise a block in both has.
+        """
+        last = min(self._every * self._count, self.begins[-1] + self.size) - 1
+        ends = np.clip([self.begins, self.begins + self.size - 1], 0, last)
+        first, second = np.searchsorted(joints, ends, "right") - 1
+        power = np.mean(np.abs(left) ** 2, axis=(1, 2))
+        loudness = np.array([np.median(power[(first == test) | (second == test)]) for test in range(len(joints))])
+        return np.where(loudness[second] > loudness[first], second, first)
 
     def nothing(self, count):
         """So many thinned channels without a sample, (count, samples)."""
