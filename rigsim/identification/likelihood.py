@@ -94,8 +94,12 @@ def smoothing(blocks):
 def normal_equations(columns, left, weights):
     """Fisher's information (p, p) and the slope (p,) of the weighted squares, from lines of columns and of the rest."""
     p = columns.shape[-1]
-    weighted = (weights[..., None] * columns).reshape(-1, p).conj().T
-    return (weighted @ columns.reshape(-1, p)).real, (weighted @ left.ravel()).real
+    information, slope = np.zeros((p, p)), np.zeros(p)
+    for block, rest in zip(columns, left, strict=True):  # one at a time stays in the processor's cache
+        weighted = (weights[..., None] * block).reshape(-1, p).conj().T
+        information += (weighted @ block.reshape(-1, p)).real
+        slope += (weighted @ rest.ravel()).real
+    return information, slope
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +121,7 @@ class _Look:
         """The look from some place, with derivatives of it or of one nearby."""
         toward = freed.states(rest)
         return cls(
-            values, starts, rest, freed.lines(lines, rest), toward, lines(freed.motion(toward)), own, freed, shares
+            values, starts, rest, freed.lines(lines, rest), toward, freed.motion(lines, toward), own, freed, shares
         )
 
     def moved(self, step):

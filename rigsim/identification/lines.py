@@ -173,12 +173,15 @@ class Freed:
             for number, (part, own, _) in enumerate(self._parts)
         ])  # fmt: skip
 
-    def motion(self, steps):
-        """What steps of the first states, (parts, 2 d), do, (n, q)."""
+    def motion(self, lines, steps):
+        """Lines of what steps of the first states, (parts, 2 d), do, (blocks, lines, q)."""
+        if len(self._parts) == 1:
+            basis = self.basis(lines)[:, : steps.shape[1]]
+            return (basis @ steps[0]).reshape(lines.begins.size, -1, len(self._weights))
         found = np.zeros((self._parts[-1][0].stop, len(self._weights)))
         for (part, own, _), step in zip(self._parts, steps, strict=True):
             found[part][: len(own)] = own @ step
-        return found
+        return lines(found)
 
     def _weighted(self, products):
         """The right side of the normal equations, (2 d + q, c)."""

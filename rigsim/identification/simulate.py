@@ -105,10 +105,9 @@ class Run:
             return np.column_stack([spline(np.arange(force.size), power) for power in powers]) * scale
         # Far from the ends the splines that are summed are all alike.
         size, one = spline_filter1d(force, _SMOOTH, mode="mirror"), BSpline.basis_element(np.arange(_SMOOTH + 2))
-        found = np.column_stack(
-            [np.convolve(size, one(powers, power))[_SMOOTH // 2 + 1 :][: force.size] for power in powers]
-        )
-        found *= scale
+        found = np.empty((force.size, powers.size))
+        for power, unit in zip(powers, scale, strict=True):
+            found[:, power] = unit * np.convolve(size, one(powers, power))[_SMOOTH // 2 + 1 :][: force.size]
         found[:_FORGOTTEN] = self._pieces(force[:ends])[:_FORGOTTEN]
         found[-_FORGOTTEN:] = self._pieces(force[-ends:])[-_FORGOTTEN:]
         return found
