@@ -95,8 +95,9 @@ def normal_equations(columns, left, weights):
     """Fisher's information (p, p) and the slope (p,) of the weighted squares, from lines of columns and of the rest."""
     p = columns.shape[-1]
     information, slope = np.zeros((p, p)), np.zeros(p)
-    for block, rest in zip(columns, left, strict=True):  # one at a time stays in the processor's cache
-        weighted = (weights[..., None] * block).reshape(-1, p).conj().T
+    every = np.broadcast_to(weights, left.shape)
+    for block, rest, own in zip(columns, left, every, strict=True):  # one at a time stays in the processor's cache
+        weighted = (own[..., None] * block).reshape(-1, p).conj().T
         information += (weighted @ block.reshape(-1, p)).real
         slope += (weighted @ rest.ravel()).real
     return information, slope

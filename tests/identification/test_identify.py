@@ -305,4 +305,7 @@ def test_200_000_samples_need_little_memory(clean_record, tell):
 def test_noise_alone_is_never_a_rig(changes):
     force, shaker, mass = 1e-6 * np.random.default_rng(1).normal(size=(3, 5000))
     record = Record(**{"force": force, "shaker": shaker, "mass": mass, "sample_rate": 500.0} | changes)
-    assert identify(record).status == Status.DOUBTFUL
+    try:
+        assert identify(record).status == Status.DOUBTFUL
+    except ValueError as error:
+        assert "no rig is to be read from this record" in str(error)

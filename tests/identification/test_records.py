@@ -131,7 +131,7 @@ def test_several_tests_of_any_level_are_one_record():
 
 
 def test_weights_that_were_made_of_a_misfit_are_made_anew():
-    """Of these tests the first step left a misfit at a resonance, whose weight stayed low, and the next ones kept it."""
+    """Of these the first step left a misfit at a resonance, whose weight stayed low, and the next steps kept it."""
     levels = [
         record((ACCELERATION,) * 2, n=n, rms=rms, seed=seed, noise=0.01)
         for n, rms, seed in ((20_000, 1.115, 21), (30_000, 0.3, 22))
