@@ -27,6 +27,7 @@ _MOST = 1 / 2  # of the higher orders: there a pole returns that belongs to the 
 _FEWEST = 3  # of them, to tell
 _FALL = 10.0  # of singular values; noise and rounding alone make them fall by up to six
 _SMALL = 3e-4  # of the largest singular value: twelve bits, or the z^3 that folds in a slow record, look like modes
+_ROWS = 10  # enough for so many orders
 _HIGHEST = 20  # of the orders that are compared unless others are asked for
 
 
@@ -122,8 +123,8 @@ def model_order(record, orders=None, block_rows=40, band=(2, 80)):
     record : Record
         As `identify` takes it.
     orders : sequence of int, optional
-        Even, the rig's own (4, or 2 of one mass) and at least three beyond it, each up to ``block_rows``; by default
-        those up to 20.
+        Even, the rig's own (4, or 2 of one mass) and at least three beyond it, each up to ``block_rows``, of one sensor
+        below it; by default those up to 20.
     block_rows : int
         Block rows of the past and of the future in the subspace step, at least ten.
     band : pair of float
@@ -136,9 +137,9 @@ def model_order(record, orders=None, block_rows=40, band=(2, 80)):
     """
     record = Record.joined(checks.one_or_many("record", record, Record, "a Record"))
     least = layout_of(record).order
-    block_rows = checks.integer("block_rows", block_rows, low=least + 2 * _FEWEST)
+    block_rows = checks.integer("block_rows", block_rows, low=_ROWS)
     _, block_rows, band = checked_record(record, least, block_rows, band)
-    orders = _checked_orders(orders, block_rows, least)
+    orders = _checked_orders(orders, min(block_rows, block_rows * len(record.kinds) - 1), least)
     _, gram, scale = about_springs_zero(displacements(record, band), least, block_rows, band)
     observability, singular_values = decomposed(gram, scale.size, 2)
     poles = _compared([_poles(*truncated(observability, scale[2:], one), record.sample_rate) for one in orders])
@@ -157,9 +158,10 @@ def model_order(record, orders=None, block_rows=40, band=(2, 80)):
     )  # fmt: skip
 
 
-def _checked_orders(orders, block_rows, least):
-    orders = range(2, min(_HIGHEST, block_rows) + 1, 2) if orders is None else orders
-    orders = tuple(sorted(set(checks.integers("orders", orders, low=2, high=block_rows))))
+def _checked_orders(orders, highest, least):
+    """Tuple of the orders: none of more than ``highest``, after which there is a singular value to fall to."""
+    orders = range(2, min(_HIGHEST, highest) + 1, 2) if orders is None else orders
+    orders = tuple(sorted(set(checks.integers("orders", orders, low=2, high=highest))))
     odd = [one for one in orders if one % 2]
     if odd:
         raise ValueError(f"orders = {odd[0]} is not allowed; expected even numbers, two a mode")

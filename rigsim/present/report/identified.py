@@ -36,10 +36,10 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
 
     Parameters
     ----------
-    path : str or path
-        A file that `Record.load` reads.
+    path : str or path, or sequence of them
+        A file that `Record.load` reads, or several: tests of one rig.
     out : path, optional
-        The page; by default NAME_identified.html in the current folder.
+        The page; by default NAME_identified.html, of the first file's name, in the current folder.
     force : float, optional
         Amplitude (N) at which detached curves are asked for.
     load, settings
@@ -59,10 +59,13 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
     OSError
         If the page cannot be written, as is found before anything else is done.
     """
-    path = Path(checks.path("path", path))
+    names = checks.one_or_many("path", path, (str, os.PathLike), "the name of a file, or several")
+    if not names:
+        raise ValueError("path = [] is not allowed; expected the name of a file, or several")
+    paths = [Path(checks.path("path", each)) for each in names]
     force = None if force is None else checks.positive("force", force, "N")
-    out = Path(f"{path.stem}_identified.html") if out is None else Path(out)
-    if out.exists() and path.exists() and out.samefile(path):
+    out = Path(f"{paths[0].stem}_identified.html") if out is None else Path(out)
+    if out.exists() and any(path.exists() and out.samefile(path) for path in paths):
         raise ValueError(f"out = {str(out)!r} is the record itself; expected another name for its page")
     make_folder(out.parent)
     if out.is_dir() or not os.access(out.parent, os.W_OK):
@@ -70,10 +73,11 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
     begun = time.perf_counter()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
-        record = Record.load(path, **_loadable(path, **(load or {})))
+        record = Record.joined([Record.load(path, **_loadable(path, **(load or {}))) for path in paths])
     guessed = tuple(str(warning.message) for warning in caught if issubclass(warning.category, UserWarning))
     found = identify(record, progress=progress, **settings)
-    page = identified_page(found, record, path.name, guessed, force, settings, lambda: time.perf_counter() - begun)
+    name = " and ".join(path.name for path in paths)
+    page = identified_page(found, record, name, guessed, force, settings, lambda: time.perf_counter() - begun)
     return found, guessed, write(out, page)
 
 
@@ -225,8 +229,8 @@ def _linear(page, found):
     page.text("For a cubic spring it is real and the same at all frequencies, up to the noise.")
     page.figure(found.plot("nonlinear coefficient"))
     page.section("Order")
-    rows, band = max(found.singular_values.size // 2, 10), (found.frequency[0], found.frequency[-1])
-    order = model_order(found.record, block_rows=rows, band=band)
+    rows, band = found.singular_values.size // len(found.record.kinds), (found.frequency[0], found.frequency[-1])
+    order = model_order(found.record, block_rows=max(rows, 10), band=band)
     page.text(f"{order.summary()}.")
     page.text("Singular values: two a mode stand out, the rest is noise. Poles of the rig stay where the order grows.")
     page.figure(order.plot())
