@@ -461,7 +461,7 @@ def test_identify_prints_and_writes_a_page(own_record, tmp_path, capsys):
     assert said.out.startswith('Identification ("force"): modes 11.7') and "k3" in said.out and not said.err
     assert said.out.splitlines()[-1].endswith(f"open {Path('new/page.html')}")
     page = (tmp_path / "new" / "page.html").read_text(encoding="utf-8")
-    assert "What own.csv says of its rig" in page and "band = [3.0, 70.0]" in page and "At 3.18 N" in page
+    assert "What own.csv says of its rig" in page and "band = 3 to 70 Hz" in page and "At 3.18 N" in page
 
 
 @pytest.mark.parametrize(

@@ -26,8 +26,13 @@ from .pages import rendered
 from .self_contained import seal
 
 _WHAT_NO_RECORD_TELLS = (
-    "No record can tell a sensitivity that is wrong by one factor for both displacements, or a wrong unit of all of "
-    "them: masses and stiffnesses are then wrong by that factor, so hold them against what is weighed."
+    "No record can tell a sensitivity that is wrong by one factor for all motions, or a wrong unit of all of them: "
+    "masses and stiffnesses are then wrong by that factor, so hold them against what is weighed. Nor can it tell noise "
+    "on the recorded force from a force that was not recorded."
+)
+_ON_A_BASE = (
+    "The motion on a base tells parameters only as shares of the first mass, which is 1 here: multiply the others by "
+    "what it weighs."
 )
 
 
@@ -59,10 +64,10 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
     OSError
         If the page cannot be written, as is found before anything else is done.
     """
-    names = checks.one_or_many("path", path, (str, os.PathLike), "the name of a file, or several")
-    if not names:
+    paths = checks.one_or_many("path", path, (str, os.PathLike), "the name of a file, or several")
+    paths = [Path(checks.path("path", each)) for each in paths]
+    if not paths:
         raise ValueError("path = [] is not allowed; expected the name of a file, or several")
-    paths = [Path(checks.path("path", each)) for each in names]
     force = None if force is None else checks.positive("force", force, "N")
     out = Path(f"{paths[0].stem}_identified.html") if out is None else Path(out)
     if out.exists() and any(path.exists() and out.samefile(path) for path in paths):
@@ -76,8 +81,8 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
         record = Record.joined([Record.load(path, **_loadable(path, **(load or {}))) for path in paths])
     guessed = tuple(str(warning.message) for warning in caught if issubclass(warning.category, UserWarning))
     found = identify(record, progress=progress, **settings)
-    name = " and ".join(path.name for path in paths)
-    page = identified_page(found, record, name, guessed, force, settings, lambda: time.perf_counter() - begun)
+    names = [path.name for path in paths]
+    page = identified_page(found, record, names, guessed, force, settings, lambda: time.perf_counter() - begun)
     return found, guessed, write(out, page)
 
 
@@ -91,8 +96,8 @@ def _loadable(path, channels=None, **options):
 
 
 @one_blas_thread
-def identified_page(found, record, name, guessed=(), force=None, settings=None, seconds=lambda: 0.0):
-    """The whole page (str) of an `Identification` of a record that was read from a file of that ``name``.
+def identified_page(found, record, names, guessed=(), force=None, settings=None, seconds=lambda: 0.0):
+    """The whole page (str) of an `Identification` of a record that was read from a file, or files, of those ``names``.
 
     ``guessed`` are sentences, ``force`` (N) is one at which detached curves are asked for, ``settings`` are those of
     `identify`, and ``seconds`` tells how long all took.
@@ -109,8 +114,9 @@ def identified_page(found, record, name, guessed=(), force=None, settings=None, 
         _curves(page, found, force)
     if settings:
         page.section("Settings")
-        page.text("Other than usual: " + ", ".join(f"{key} = {value}" for key, value in settings.items()) + ".")
-    return page.sealed(name, seconds())
+        told = settings | ({"band": "{:g} to {:g} Hz".format(*settings["band"])} if "band" in settings else {})
+        page.text("Other than usual: " + ", ".join(f"{key} = {value}" for key, value in told.items()) + ".")
+    return page.sealed([names] if isinstance(names, str) else names, seconds())
 
 
 class _Page:
@@ -140,15 +146,16 @@ class _Page:
     def figure(self, figure):
         self._add(f'<div class="figure">{self._document.svg(figure.svg())}</div>')
 
-    def sealed(self, name, seconds):
-        title = f"What {name} says of its rig"
+    def sealed(self, names, seconds):
+        says = "says of its" if len(names) == 1 else "say of their"
+        title = f"What {' and '.join(names)} {says} rig"
         first, *others = ("\n".join(parts) for parts in self._sections)
         cells = [f"<h1>{escape(title)}</h1>\n{first}", *others]
         page = rendered(
             "page.html.j2", title=title, headings=self._headings, seconds=seconds,
             cells=[{"kind": "markdown", "html": html} for html in cells],
         )  # fmt: skip
-        return seal(page, name)
+        return seal(page, names[0])
 
 
 def _verdict(page, found):
@@ -180,11 +187,14 @@ def _troubles(page, found):
             page.items(texts)
     if not found.mended and not found.troubles:
         page.text("None was found.")
-    page.text(_WHAT_NO_RECORD_TELLS, "note")
+    if not found.record.base:
+        page.text(_WHAT_NO_RECORD_TELLS, "note")
 
 
 def _parameters(page, found):
     page.section("Parameters")
+    if found.record.base:
+        page.text(_ON_A_BASE)
     table = found.table().drop(columns=["meaning", "standard error"], errors="ignore")
     page.table(table[sorted(table, key=lambda name: name in ("nominal", "error [%]"))])  # what is found first
     layout = layout_of(found.record)
@@ -217,7 +227,8 @@ def _residuals(page, found):
     )
     page.figure(found.plot("residuals"))
     page.section("Prediction")
-    page.text("The whole motion is simulated from the force alone; nothing is corrected on the way.")
+    shaken = "the base's acceleration" if found.record.base else "the force"
+    page.text(f"The whole motion is simulated from {shaken} alone; nothing is corrected on the way.")
     page.figure(found.plot("prediction"))
 
 
