@@ -28,7 +28,7 @@ _MOST = 1 / 2  # of the higher orders: there a pole returns that belongs to the 
 _FEWEST = 3  # of them, to tell
 _FALL = 10.0  # of singular values; noise and rounding alone make them fall by up to six
 _SMALL = 3e-4  # of the largest singular value: twelve bits, or the z^3 that folds in a slow record, look like modes
-_ROWS = 10  # enough for so many orders
+LEAST_ROWS = 10  # enough for so many orders
 _HIGHEST = 20  # of the orders that are compared unless others are asked for
 
 
@@ -138,7 +138,7 @@ def model_order(record, orders=None, block_rows=40, band=(2, 80)):
     """
     record = Record.joined(checks.one_or_many("record", record, Record, "a Record"))
     least = layout_of(record).order
-    block_rows = checks.integer("block_rows", block_rows, low=_ROWS)
+    block_rows = checks.integer("block_rows", block_rows, low=LEAST_ROWS)
     _, block_rows, band = checked_record(record, least, block_rows, band)
     orders = _checked_orders(orders, min(block_rows, block_rows * len(record.kinds) - 1), least)
     gram, scale = _gram(record, least, block_rows, band)

@@ -17,7 +17,6 @@ from ...design.probability import curve_probability
 from ...experiment.record import Record
 from ...identification.identify import identify
 from ...identification.layout import layout_of
-from ...identification.order import model_order
 from ...parameters import OscillatorParameters
 from ..figures import curve_probability_figure
 from .build import make_folder, write
@@ -240,8 +239,7 @@ def _linear(page, found):
     page.text("For a cubic spring it is real and the same at all frequencies, up to the noise.")
     page.figure(found.plot("nonlinear coefficient"))
     page.section("Order")
-    rows, band = found.singular_values.size // len(found.record.kinds), (found.frequency[0], found.frequency[-1])
-    order = model_order(found.record, block_rows=max(rows, 10), band=band)
+    order = found.model_order()
     page.text(f"{order.summary()}.")
     page.text("Singular values: two a mode stand out, the rest is noise. Poles of the rig stay where the order grows.")
     page.figure(order.plot())
