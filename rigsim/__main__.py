@@ -101,9 +101,10 @@ def _parser():
 
     known = add(
         "identify", _identify, "identify the rig of a record of your own, and write a page about it",
-        "Reads a record (a force or a base's acceleration, and displacements, velocities or accelerations of two masses\n"
-        "or one), identifies its rig and writes one offline HTML page: what is wrong with the record and was mended, the\n"
-        "parameters and how sure they are, whether the rig has a detached curve. Several files are tests of one rig.",
+        "Reads a record (a force or a base's acceleration, and displacements, velocities or accelerations of two\n"
+        "masses or one), identifies its rig and writes one offline HTML page: what is wrong with the record and was\n"
+        "mended, the parameters and how sure they are, whether the rig has a detached curve. Several files are tests\n"
+        "of one rig.",
     )  # fmt: skip
     known.add_argument("record", type=Path, nargs="+", help="the file, or one for each test")
     known.add_argument("--force", type=float, metavar="N", help="amplitude at which detached curves are asked for")

@@ -27,7 +27,8 @@ def record_figure(record, *, ax=None, interval=None):
         raise ValueError(f"interval = {low:g} to {high:g} s is not allowed; expected {expected}")
     channels = {name: record.signals[name] for name in _COLOURS if name in record.signals}
     units = {"relative": record.units["shaker"]} | record.units
-    alt = f"Time histories of {', '.join(map(record.called, channels))} from {low:.3g} to {high:.3g} s; {record.summary()}."
+    names = ", ".join(map(record.called, channels))
+    alt = f"Time histories of {names} from {low:.3g} to {high:.3g} s; {record.summary()}."
     with style():
         figure, axes = subplots(len(channels), 1, alt=alt, ax=ax, height=1.4 * len(channels) + 0.4, sharex=True)
         for axis, (name, values) in zip(axes, channels.items(), strict=True):
