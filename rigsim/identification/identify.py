@@ -24,7 +24,7 @@ from .result import Identification
 from .simulate import displaced
 from .troubles import Trouble
 from .trust import trusted
-from .verdict import judged
+from .verdict import judged, rig_of
 
 _STEPS = 8  # of work
 _ROUNDS = 2
@@ -178,11 +178,7 @@ class _Read:
         fitted = self.layout.whole(self.fraction(self.frequency))
         used, band = record if self.trust is None else self.trust.record, (self.frequency[0], self.frequency[-1])
         folded = nsi.folded_share(self.relative, used.sample_rate, band)
-        try:
-            read = self.layout.parameters(*np.maximum(self.values, 0.0))
-        except ValueError as error:
-            told = "; ".join(trouble.message for trouble in (*channels, *mended))
-            raise ValueError(f"no rig is to be read from this record: {told or error}") from None
+        read = rig_of(self.layout, self.values, [*channels, *mended])
         known = record.parameters is not None and record.mass is not None and not record.base
         nominal = record.parameters.oscillator if known else None
         modes = _modes(self.model, powers_of(used))

@@ -7,7 +7,8 @@ import numpy as np
 from scipy import signal
 
 from .layout import layout_of, outputs_of
-from .likelihood import FitError, Lines, fit
+from .likelihood import FitError, fit
+from .lines import Lines
 from .model import displacements
 from .simulate import Run, displaced, simulate
 

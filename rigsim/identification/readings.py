@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from .layout import layout_of, outputs_of, powers_of
-from .likelihood import Lines
+from .lines import Lines
 
 _BLOCKS = 12  # in a record, at least
 _TRIED = 8  # samples that an output may be late or early in a first guess

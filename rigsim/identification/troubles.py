@@ -10,14 +10,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .likelihood import inverse, noise_weights, normal_equations
+from .layout import displacing
+from .likelihood import moved_beside, noise_weights
+from .lines import inverse
 from .simulate import displaced, simulate
 from .terms import Friction, Power, Term
 
 _SURE = 7.0  # standard errors
 _EXPLAINS = 0.05  # of what is left, at least
 _ALIKE = 1e-8  # of a column's squares, beside those of the parameters
-_AT_ONCE = 10  # terms, for the memory's sake
 TIMING = ("delay", "clock")
 
 
@@ -57,35 +58,45 @@ class Candidate:
     ----------
     name : str
         What kind.
-    column : ndarray, shape (n, q)
+    column : ndarray, shape (n, q), or None
         What a unit of it adds to the outputs.
     told, mend : callable
         Its words and its cure, given its size.
+    lines : ndarray, shape (blocks, lines, q)
+        Of the rest of the column, where that itself is not held.
     """
 
     name: str
     column: np.ndarray
     told: Callable
     mend: Callable = lambda size: {}
+    lines: np.ndarray | None = None
 
 
 def suspected(fit, lines, candidates, most=3):
     """Of the candidates, at most so many that explain what a fit leaves: the best, then the best beside it."""
-    own, left, found = lines(fit.columns), fit.left, []
-    transformed = [(replace(one, column=None), lines(fit.freed(one.column))) for one in candidates]
+    flat = lambda array: np.ascontiguousarray(array).view(float).reshape(-1)  # noqa: E731  real and imaginary parts
+    own, left, found = [flat(column) for column in np.moveaxis(fit.own, -1, 0)], fit.left, []
+    owners = fit.owners
+    transformed = [
+        (
+            replace(one, column=None, lines=None),
+            flat(fit.freed.lines(lines, one.column) if one.lines is None else one.lines),
+        )
+        for one in candidates
+    ]
     while len(found) < most:
-        weights = noise_weights(left)
-        information, slope = normal_equations(own, left, weights)
-        covariance = inverse(information)
+        weights = flat(noise_weights(left, owners) * (1 + 1j))
+        columns = np.array(own)
+        covariance, slope = inverse(columns * weights @ columns.T), columns @ (weights * flat(left))
         best, gain = None, max(_SURE**2, _EXPLAINS * left.size)
         for candidate, column in transformed:
             heavy = weights * column
-            shared = np.einsum("blip,bli->p", own.conj(), heavy).real
-            whole = np.vdot(heavy, column).real
+            shared, whole = columns @ heavy, heavy @ column
             apart = whole - shared @ covariance @ shared
             if not apart > _ALIKE * whole:
                 continue  # some change of the parameters does the same
-            size = (np.vdot(heavy, left).real - shared @ covariance @ slope) / apart
+            size = (heavy @ flat(left) - shared @ covariance @ slope) / apart
             if size**2 * apart > gain:
                 best, gain = (candidate, column, size, covariance @ (slope - shared * size)), size**2 * apart
         if best is None:
@@ -93,8 +104,8 @@ def suspected(fit, lines, candidates, most=3):
         one, column, size, move = best
         shift = move[: fit.values.size]
         found.append(Trouble(one.name, one.told(size), one.mend(size), shift, gain / left.size, size))
-        left = left - own @ move - column * size
-        own = np.concatenate([own, column[..., None]], axis=-1)
+        left = left - (move @ columns + column * size).view(complex).reshape(left.shape)
+        own.append(column)
     return found
 
 
@@ -105,8 +116,7 @@ def candidates(fit, record):
     yield from _filters(motion, record)
     for one, name in enumerate(record.kinds):
         yield from _sensor(motion, record, one, name)
-    yield from _terms(fit)
-    yield from _force(fit, record)
+    yield from _driven(fit, record)
 
 
 def delay_of(names, delay, rate):
@@ -139,7 +149,10 @@ def told_once(troubles, rate):
 
 def _of(which, column):
     """A column of all outputs, of which some take part."""
-    return column * np.isin(np.arange(column.shape[1]), which)
+    found = np.zeros_like(column)
+    for output in which:
+        found[:, output] = column[:, output]
+    return found
 
 
 def _groups(record):
@@ -185,18 +198,19 @@ def _sensor(motion, record, one, name):
             f"the sensitivity of {name} is {100 * abs(size):.2g} % {'larger' if size > 0 else 'smaller'} than told, "
             f"against that of {beside}"
         )
-        yield Candidate("gain", _of(one, motion), more)
+        yield Candidate("gain", _of((one,), motion), more)
         if record.kinds[name] == record.kinds[beside]:
             leaked = np.repeat(motion[:, [other]], motion.shape[1], axis=1)
             told = lambda size, beside=beside: f"{100 * size:.2g} % of {beside} is in {name}"  # noqa: E731
-            yield Candidate("cross-talk", _of(one, leaked), told)
+            yield Candidate("cross-talk", _of((one,), leaked), told)
     leaked = np.repeat(force[:, None], motion.shape[1], axis=1)
     unit = f"{record.units[name]}/({record.units['force']})"
     told = lambda size: f"the {_input(record)} leaks into {name} ({abs(size):.2g} {unit})"  # noqa: E731
-    yield Candidate("cross-talk", _of(one, leaked), told)
-    for exponent, word in ((2, "square"), (3, "cube")):
+    yield Candidate("cross-talk", _of((one,), leaked), told)
+    square = motion * motion
+    for power, word in ((square, "square"), (motion * square, "cube")):
         bent = lambda size, word=word: f"the sensor of {name} is not linear: {size:.2g} times its {word}"  # noqa: E731
-        yield Candidate("sensor", _of(one, motion**exponent), bent)
+        yield Candidate("sensor", _of((one,), power), bent)
 
 
 def _input(record):
@@ -220,21 +234,29 @@ def _library(motion, velocity):
         yield Term(f"c_{tag}", between, None, "velocity", "N s/m"), f"a linear damper {where}", quick
 
 
-def _terms(fit):
-    """Terms that the rig was not fitted with, as what they would move."""
-    motion, velocity = displaced(fit.structure, fit.values, fit.run, fit.starts, fit.reach)
-    structure, kinds = fit.structure, {_kind(term) for term in fit.structure.terms}
+def _driven(fit, record):
+    """Terms that the rig was not fitted with, an AC-coupled force, a force sensor that is not linear, another hold."""
+    motion, velocity = _moved(fit, record)
+    structure, kinds, name = fit.structure, {_kind(term) for term in fit.structure.terms}, _input(record)
     more = [row for row in _library(motion, velocity) if _kind(row[0]) not in kinds]
     wide = replace(structure, terms=(*structure.terms, *(term for term, _, _ in more)))
     values = np.concatenate([fit.values, np.zeros(len(more))])
     reach = np.concatenate([fit.reach, [far for _, _, far in more]])
-    for first in range(0, len(more), _AT_ONCE):
-        some = more[first : first + _AT_ONCE]
-        wanted = fit.values.size + first + np.arange(len(some))
-        _, columns = simulate(wide, values, fit.run, fit.starts, reach, wanted)
-        for place, (term, what, _) in enumerate(some):
-            told = lambda size, term=term, what=what: f"{what} seems to be there too, {size:.3g} {term.unit}"  # noqa: E731
-            yield Candidate("term", columns[..., place], told, lambda size, term=term: {"terms": (term,)})
+    force = record.force - record.force.mean()
+    extra = np.column_stack([np.cumsum(force) / record.sample_rate, force**3])
+    outputs, columns = moved_beside(fit, wide, values, reach, range(fit.values.size, values.size), extra)
+    for place, (term, what, _) in enumerate(more):
+        told = lambda size, term=term, what=what: f"{what} seems to be there too, {size:.3g} {term.unit}"  # noqa: E731
+        yield Candidate("term", None, told, lambda size, term=term: {"terms": (term,)}, columns[..., place])
+    coupled = lambda size: f"the {name} looks AC coupled, at {abs(size) / (2 * np.pi):.2g} Hz"  # noqa: E731
+    yield Candidate("AC coupling", None, coupled, lines=columns[..., -2])
+    bent = lambda size: f"the sensor of the {name} is not linear: {size:.2g} times its cube"  # noqa: E731
+    yield Candidate("sensor", None, bent, lines=columns[..., -1])
+    for hold in ("zero", "linear", "band-limited"):
+        if hold != record.hold:
+            other, _ = simulate(structure, fit.values, replace(fit.run, hold=hold), fit.starts, fit.reach)
+            told = lambda size, hold=hold: f'hold = "{hold}" fits better than "{record.hold}"'  # noqa: E731
+            yield Candidate("hold", other - outputs, told, lambda size, hold=hold: {"hold": hold})
 
 
 def _kind(term):
@@ -243,18 +265,8 @@ def _kind(term):
     return term.between, term.of, law
 
 
-def _force(fit, record):
-    """An AC-coupled force, a force sensor that is not linear, another hold."""
-    structure, force, name = fit.structure, record.force - record.force.mean(), _input(record)
-    usual = structure, fit.values, fit.run, fit.starts, fit.reach
-    extra = np.column_stack([np.cumsum(force) / record.sample_rate, force**3])
-    outputs, columns = simulate(*usual, wanted=[0], extra=extra)
-    coupled = lambda size: f"the {name} looks AC coupled, at {abs(size) / (2 * np.pi):.2g} Hz"  # noqa: E731
-    yield Candidate("AC coupling", columns[..., -2], coupled)
-    bent = lambda size: f"the sensor of the {name} is not linear: {size:.2g} times its cube"  # noqa: E731
-    yield Candidate("sensor", columns[..., -1], bent)
-    for hold in ("zero", "linear", "band-limited"):
-        if hold != record.hold:
-            other, _ = simulate(structure, fit.values, replace(fit.run, hold=hold), fit.starts, fit.reach)
-            told = lambda size, hold=hold: f'hold = "{hold}" fits better than "{record.hold}"'  # noqa: E731
-            yield Candidate("hold", other - outputs, told, lambda size, hold=hold: {"hold": hold})
+def _moved(fit, record):
+    """Displacements and velocities of the masses, (n, d) each."""
+    if not displacing(record):
+        return displaced(fit.structure, fit.values, fit.run, fit.starts, fit.reach)
+    return fit.modelled - fit.modelled.mean(axis=0), np.gradient(fit.modelled, 1 / record.sample_rate, axis=0)

@@ -11,7 +11,8 @@ from scipy.optimize import nnls
 from .channels import breaks, spikes
 from .layout import layout_of, outputs_of
 from .likeliest import LOST, given, likeliest, share_left, states_of
-from .likelihood import FitError, Lines, fit
+from .likelihood import FitError, fit
+from .lines import Lines
 from .troubles import TIMING, Trouble, candidates, suspected, timing
 from .uncertainty import uncertainty
 

@@ -6,7 +6,8 @@ import numpy as np
 from scipy import stats
 from scipy.ndimage import uniform_filter1d
 
-from .likelihood import SMOOTH, inverse, noise_weights, normal_equations, white_weights
+from .likelihood import noise_weights, normal_equations, smoothing, white_weights
+from .lines import inverse
 
 _PARTS = 12  # of the record, in time and over the band, whose pulls on the parameters are compared
 _ODD = 0.001  # chance of a disagreement that is taken for one
@@ -41,17 +42,22 @@ def uncertainty(fit, lines, beside=()):
 
     ``beside`` are columns (n, q) of what else was estimated, as the delay that was taken from a record.
     """
-    own = np.concatenate([lines(fit.columns), *(lines(fit.freed(column))[..., None] for column in beside)], axis=-1)
-    weights, count = noise_weights(fit.left), fit.values.size
+    own = np.concatenate([fit.own, *(fit.freed.lines(lines, column)[..., None] for column in beside)], axis=-1)
+    weights, count = noise_weights(fit.left, fit.owners), fit.values.size
     weighted = weights[..., None] * own
     inverted = inverse(normal_equations(own, fit.left, weights)[0])
     # Outputs that share a noise, as that of an unknown force, say less than two would.
-    shared = np.einsum("blip,lij,bljq->pq", weighted.conj(), _spectra(fit.left), weighted, optimize=True).real
+    shared = 0.0
+    for owner in np.unique(fit.owners):
+        heavy, spectra = weighted[fit.owners == owner], _spectra(fit.left[fit.owners == owner])
+        shared = shared + np.einsum("blip,lij,bljq->pq", heavy.conj(), spectra, heavy, optimize=True).real
     covariance = inverted @ shared @ inverted
     error = np.sqrt(np.maximum(np.diag(covariance)[:count], 1e-300))
     pulls = np.einsum("blip,bli->blp", weighted.conj(), fit.left).real @ inverted[:, :count]
     disagreement = np.maximum(*(_disagreement(pulls, axis, error) for axis in (0, 1)))
-    bound = np.sqrt(np.diag(inverse(normal_equations(own[..., :count], fit.left, white_weights(fit.left))[0])))
+    bound = np.sqrt(
+        np.diag(inverse(normal_equations(own[..., :count], fit.left, white_weights(fit.left, fit.owners))[0]))
+    )
     quantile = np.where(disagreement > 1, stats.t.ppf(0.975, _PARTS - 1), stats.norm.ppf(0.975))
     grown = error * disagreement
     covariance = covariance[:count, :count] * np.outer(disagreement, disagreement)
@@ -61,7 +67,8 @@ def uncertainty(fit, lines, beside=()):
 def _spectra(left):
     """Covariance of what is left at each line, (lines, q, q), smoothed."""
     spectra = np.einsum("bli,blj->lij", left, left.conj()) / len(left)
-    return uniform_filter1d(spectra.real, SMOOTH, axis=0) + 1j * uniform_filter1d(spectra.imag, SMOOTH, axis=0)
+    lines = smoothing(len(left))
+    return uniform_filter1d(spectra.real, lines, axis=0) + 1j * uniform_filter1d(spectra.imag, lines, axis=0)
 
 
 def _disagreement(pulls, axis, error):

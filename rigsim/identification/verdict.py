@@ -60,10 +60,19 @@ def judged(record, band, modes, values, misfit, folded, trust, mended, told, noi
     cured = [trouble.message for trouble in mended if trouble.mend or trouble.name == "break"]
     message = "; ".join([*hopeless, *doubts, *noticed, *(f"mended: {text}" for text in cured)])
     return {
-        "k3": k3, "parameters": layout.parameters(*np.maximum(values, 0.0)), "errors": errors,
+        "k3": k3, "parameters": rig_of(layout, values, [*mended, *told]), "errors": errors,
         "record": record, "modelled": modelled, "mended": tuple(mended), "troubles": (*told, *troubles),
         "status": Status.DOUBTFUL if hopeless or doubts else Status.IDENTIFIED, "message": message,
     }  # fmt: skip
+
+
+def rig_of(layout, values, troubles):
+    """The parameters of a rig, from values of any sign; `ValueError` with what troubled the record if there is none."""
+    try:
+        return layout.parameters(*np.maximum(values, 0.0))
+    except ValueError as error:
+        told = "; ".join(trouble.message for trouble in troubles)
+        raise ValueError(f"no rig is to be read from this record: {told or error}") from None
 
 
 def _noticed(trust, doubts):

@@ -1,9 +1,11 @@
 """The simulated rig against the tests' own integrator, and its derivatives against differences."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 from rigsim.identification.simulate import Run, Structure, simulate
 from rigsim.identification.terms import CUBIC, LINEAR, Friction, Gap, Power, Term
@@ -125,3 +127,39 @@ def test_the_force_of_one_test_knows_nothing_of_the_next():
     both = Run(force, 2000.0, "band-limited", (0, 150, 200), (0, 200)).pieces()
     alone = [Run(part, 2000.0, "band-limited").pieces() for part in np.split(force, 2)]
     np.testing.assert_array_equal(both, np.concatenate(alone))
+
+
+@pytest.mark.parametrize("size", [12, 150, 400])
+def test_a_band_limited_force_is_one_spline(size):
+    force = np.random.default_rng(1).normal(size=size)
+    pieces, samples = Run(force, 50.0, "band-limited").pieces(), np.arange(size)
+    spline = make_interp_spline(samples, force, k=5)
+    for power in range(6):
+        expected = spline(samples, power) * 50.0**power / math.factorial(power)
+        np.testing.assert_allclose(pieces[:, power], expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_columns_by_the_first_state_end_where_they_have_died_away_and_may_be_left_out():
+    record = cubic_record(duration=20)
+    run, reach = Run(record.force, 2000.0, "zero"), reach_of(record)
+    extra = np.random.default_rng(2).normal(size=(40_000, 1))
+    _, columns = simulate(RIG, VALUES, run, REST, reach, [0, 6], extra)
+    _, without = simulate(RIG, VALUES, run, REST, reach, [0, 6], extra, states=False)
+    np.testing.assert_array_equal(without, columns[..., [0, 1, 6]])
+    begun = np.abs(columns[..., 2:6]).max(axis=1)
+    (last,) = {np.flatnonzero(column).max() for column in begun.T}
+    assert 4000 < last < 36_000 and (begun[last] < 1e-10 * begun.max(axis=0)).all()
+
+
+def test_a_term_of_no_size_moves_what_a_little_of_it_does():
+    record = cubic_record(duration=3, rms=2)
+    rig = replace(RIG, terms=(*RIG.terms, Term("mu", (0, 1), Friction(0.02), "velocity"), Term("k5", (1,), Power(5))))
+    run, reach = Run(record.force, 2000.0, "zero"), reach_of(record, [0.1, 1e-3])
+    little = np.array([1e-12, 1e-6])
+    absent, present = (
+        simulate(rig, np.append(VALUES, sizes), run, REST, reach, [7, 8], states=False)[1]
+        for sizes in (0 * little, little)
+    )
+    for place in (0, 1):
+        off = np.abs(absent - present)[..., place].max()
+        assert 0 < off < 1e-4 * np.abs(present[..., place]).max()
