@@ -126,7 +126,7 @@ class Record(Result):
         """
         records = checks.one_or_many("records", records, cls, "a Record")
         if not records:
-            raise ValueError("records = [] is not allowed; expected a Record or several")
+            raise ValueError("records = [] holds no record; expected a Record or several")
         for name in ("sample_rate", "hold", "kinds", "base"):
             values = [getattr(record, name) for record in records]
             if any(value != values[0] for value in values):

@@ -63,13 +63,13 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
     OSError
         If the page cannot be written, as is found before anything else is done.
     """
-    paths = checks.one_or_many("path", path, (str, os.PathLike), "the name of a file, or several")
-    paths = [Path(checks.path("path", each)) for each in paths]
-    if not paths:
+    path = checks.one_or_many("path", path, (str, os.PathLike), "the name of a file, or several")
+    path = [Path(checks.path("path", each)) for each in path]
+    if not path:
         raise ValueError("path = [] is not allowed; expected the name of a file, or several")
     force = None if force is None else checks.positive("force", force, "N")
-    out = Path(f"{paths[0].stem}_identified.html") if out is None else Path(out)
-    if out.exists() and any(path.exists() and out.samefile(path) for path in paths):
+    out = Path(f"{path[0].stem}_identified.html") if out is None else Path(out)
+    if out.exists() and any(each.exists() and out.samefile(each) for each in path):
         raise ValueError(f"out = {str(out)!r} is the record itself; expected another name for its page")
     make_folder(out.parent)
     if out.is_dir() or not os.access(out.parent, os.W_OK):
@@ -77,10 +77,10 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
     begun = time.perf_counter()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
-        record = Record.joined([Record.load(path, **_loadable(path, **(load or {}))) for path in paths])
+        record = Record.joined([Record.load(each, **_loadable(each, **(load or {}))) for each in path])
     guessed = tuple(str(warning.message) for warning in caught if issubclass(warning.category, UserWarning))
     found = identify(record, progress=progress, **settings)
-    names = [path.name for path in paths]
+    names = [each.name for each in path]
     page = identified_page(found, record, names, guessed, force, settings, lambda: time.perf_counter() - begun)
     return found, guessed, write(out, page)
 
