@@ -101,10 +101,12 @@ def _parser():
 
     known = add(
         "identify", _identify, "identify the rig of a record of your own, and write a page about it",
-        "Reads a record (force and displacements), identifies its rig and writes one offline HTML page: what is wrong\n"
-        "with the record and was mended, the parameters and how sure they are, whether the rig has a detached curve.",
+        "Reads a record (a force or a base's acceleration, and displacements, velocities or accelerations of two\n"
+        "masses or one), identifies its rig and writes one offline HTML page: what is wrong with the record and was\n"
+        "mended, the parameters and how sure they are, whether the rig has a detached curve. Several files are tests\n"
+        "of one rig.",
     )  # fmt: skip
-    known.add_argument("record", type=Path, help="the file")
+    known.add_argument("record", type=Path, nargs="+", help="the file, or one for each test")
     known.add_argument("--force", type=float, metavar="N", help="amplitude at which detached curves are asked for")
     listed = {"nargs": "+", "action": "append", "default": [], "metavar": "NAME=..."}
     known.add_argument(
@@ -114,9 +116,16 @@ def _parser():
     known.add_argument("--hold", help="what the force did between samples: zero, linear or band-limited")
     known.add_argument("--rate", type=float, metavar="HZ", help="samples a second, where the file does not say it")
     known.add_argument("--band", type=float, nargs=2, metavar="HZ", help="frequencies to identify over (default: 2 80)")
-    known.add_argument("--order", type=int, help="of the model: two a mode (default: 4)")
+    order = "of the model: two a mode, or auto: the one that the record tells (default: 4, or 2 of one mass)"
+    known.add_argument("--order", type=_order, help=order)
     known.add_argument("--out", type=Path, help="the page (default: RECORD_identified.html, in this folder)")
     return parser
+
+
+def _order(text):
+    if text != "auto" and not re.fullmatch(r"-?\d+", text):
+        raise argparse.ArgumentTypeError(f"{text!r} is not allowed; expected a whole number or auto")
+    return text if text == "auto" else int(text)
 
 
 def _lacking(error):

@@ -461,13 +461,27 @@ def test_identify_prints_and_writes_a_page(own_record, tmp_path, capsys):
     assert said.out.startswith('Identification ("force"): modes 11.7') and "k3" in said.out and not said.err
     assert said.out.splitlines()[-1].endswith(f"open {Path('new/page.html')}")
     page = (tmp_path / "new" / "page.html").read_text(encoding="utf-8")
-    assert "What own.csv says of its rig" in page and "band = [3.0, 70.0]" in page and "At 3.18 N" in page
+    assert "What own.csv says of its rig" in page and "band = 3 to 70 Hz" in page and "At 3.18 N" in page
+
+
+def test_identify_takes_tests_of_one_rig_and_the_order_they_tell(own_record, capsys):
+    from tests.identification.cubic import cubic_record
+
+    cubic_record(duration=6, noise=0.01, rms=0.8, seed=1).save("other.csv")
+    assert own_record("own.csv", "other.csv", "--order", "auto") == 0
+    assert capsys.readouterr().out.splitlines()[-1].endswith("open own_identified.html")
+    page = Path("own_identified.html").read_text(encoding="utf-8")
+    assert "What own.csv and other.csv say of their rig" in page and "order = auto" in page and "in 2 tests" in page
+    with pytest.raises(SystemExit):
+        own_record("own.csv", "--order", "most")
+    assert "'most' is not allowed; expected a whole number or auto" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["none.csv"], "none.csv"),
+        (["own.csv", "none.csv"], "none.csv"),
         (["own.csv", "--hold", "linear"], "hold = 'linear' is not allowed"),
         (["own.csv", "--order", "5"], "order = 5 is not allowed"),
         (["own.csv", "--force", "-1"], "force = -1"),

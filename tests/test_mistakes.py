@@ -85,6 +85,7 @@ ALLOWED = {
     "whole, many": {"many"},
     "seed": {"zero", "many"},
     "motion": {"zero"},
+    "first samples": {"zero"},
     "known later": {"zero", "many", "text of a number", "a word", "no text"},
     "array": {"broken", "many", "three values"},
     "any array": SIGNS | {"many", "three values"},
@@ -165,6 +166,7 @@ def functions(made):
     yield "nondimensional", RIG.nondimensional, {"force": 3.18}, {}
     wide = dict.fromkeys(("force", "shaker", "mass", "tilt"), "within")
     known = {"hold": "word", "seed": "seed?", "start": "word?", "parameters": "object?", "step": "within?"}
+    known |= {"base": "flag", "joints": "first samples"}
     yield "Record", Record, channels | {"sample_rate": 10.0}, wide | known | {"tilt": "within?", "mass": "within?"}
     yield "cubic_law_error", rigsim.cubic_law_error, {"z": 1e-3, "parameters": RIG}, {"z": "any shape"}
     for name in ("oscillator_modes", "static_equilibrium", "linear_modes"):
@@ -184,7 +186,7 @@ def functions(made):
         "identify",
         identify,
         {"record": made["record"]},
-        {"order": "whole", "block_rows": "whole", "conversion": "word"},
+        {"order": "whole?", "block_rows": "whole", "conversion": "word"},
     )
     yield "model_order", model_order, {"record": made["record"]}, {"orders": "object?", "block_rows": "whole"}
     measured = {"force": 1.0, "frequency": 50.35, "half_step": 0.05, "amplitude": "falls", "sweep": "up"}

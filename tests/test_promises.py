@@ -20,7 +20,7 @@ PROMISED = {
         "step": 5e-5,
     },
     "sine_test": {"tap": None, "duration": 3, "start": "rest", "step": 5e-5},
-    "identify": {"order": 4, "block_rows": 40, "band": (2, 80), "conversion": "force"},
+    "identify": {"order": None, "block_rows": 40, "band": (2, 80), "conversion": "force"},
     "force_scenario": {},
     "periodic_orbits": {"band": (5, 80), "law": None},
     "continue_orbit": {"band": (5, 80), "law": None},

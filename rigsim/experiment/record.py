@@ -126,7 +126,7 @@ class Record(Result):
         """
         records = checks.one_or_many("records", records, cls, "a Record")
         if not records:
-            raise ValueError("records = [] is not allowed; expected a Record or several")
+            raise ValueError("records = [] holds no record; expected a Record or several")
         for name in ("sample_rate", "hold", "kinds", "base"):
             values = [getattr(record, name) for record in records]
             if any(value != values[0] for value in values):
@@ -195,6 +195,11 @@ class Record(Result):
         there = [name for name in UNITS if name not in ("mass", "tilt") or getattr(self, name) is not None]
         return {name: outputs.get(name, UNITS[name]) for name in there}
 
+    def called(self, channel):
+        """What people read a channel's name as: a force that is the acceleration of a base is the "base"."""
+        channel = checks.one_of("channel", channel, tuple(self.signals))
+        return "base" if self.base and channel == "force" else channel
+
     @property
     def relative(self):
         """Relative motion z = xs - x, shape (n,): a displacement (m) where both are. `ValueError` if there is none."""
@@ -222,15 +227,15 @@ class Record(Result):
         scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
         tests = f" in {len(self.joints)} tests" if len(self.joints) > 1 else ""
         return (
-            f"Record of {self.duration:g} s{tests} at {self.sample_rate:g} Hz ({self.force.size} samples): force "
-            f"{self.force.std():.4g} {self.units['force']} rms ({self.hold} hold), "
+            f"Record of {self.duration:g} s{tests} at {self.sample_rate:g} Hz ({self.force.size} samples): "
+            f"{self.called('force')} {self.force.std():.4g} {self.units['force']} rms ({self.hold} hold), "
             f"largest {name} {scale * abs(largest).max():.4g} {unit}"
         )
 
     def table(self):
         """`pandas.DataFrame` of rms about the mean, mean and largest value of each channel and of z."""
         units = self.units | {"relative": self.units["shaker"]}
-        rows = [(name, c.std(), c.mean(), abs(c).max(), units[name]) for name, c in self.signals.items()]
+        rows = [(self.called(name), c.std(), c.mean(), abs(c).max(), units[name]) for name, c in self.signals.items()]
         return frame(rows, ["channel", "rms", "mean", "largest", "unit"], index="channel")
 
     def spectrum(self, channel, frequency):

@@ -38,7 +38,7 @@ def extended_model(record, order, block_rows, band, report, relative=None):
         inputs, gram, scale = about_springs_zero(record, order, block_rows, band)
     else:
         inputs = nsi.extended_inputs(record.force, relative)
-        gram, scale = _gram(np.column_stack([inputs, outputs]), record.joints, block_rows)
+        gram, scale = scaled_gram(np.column_stack([inputs, outputs]), record.joints, block_rows)
     report(2)
     A, C, singular_values = dynamics(gram, scale, 2, order)
     report(3)
@@ -85,7 +85,7 @@ def displacements(record, band):
     return record.joined(tests)
 
 
-def _gram(channels, joints, block_rows):
+def scaled_gram(channels, joints, block_rows):
     """Extended Gram matrix of all tests, and the deviations that the channels were divided by."""
     scale = channels.std(axis=0)
     scaled, ends = (channels - channels.mean(axis=0)) / scale, (*joints[1:], len(channels))
@@ -103,7 +103,7 @@ def about_springs_zero(record, order, block_rows, band):
     w = relative - relative.mean()
     # About the mean -z^3 is a sum of these columns and constants, so one Gram matrix serves any zero of the springs.
     channels = np.column_stack([nsi.extended_inputs(record.force, w), w**2, outputs])
-    gram, deviation = _gram(channels, record.joints, block_rows)
+    gram, deviation = scaled_gram(channels, record.joints, block_rows)
     e = _springs_zero(record, channels, gram, deviation, order, block_rows, band)
     inputs = nsi.extended_inputs(record.force, w - e)
     c = channels.shape[1]

@@ -17,8 +17,9 @@ from ..experiment.record import Record
 from ..model.modes import largest_to_one
 from ..results import Result, Status, frame
 from .asked import checked_record
-from .layout import layout_of
-from .model import about_springs_zero, displacements
+from .layout import displacing, layout_of, outputs_of
+from .model import about_springs_zero, displacements, scaled_gram
+from .nsi import extended_inputs
 from .subspace import decomposed, truncated
 
 CRITERIA = ("frequency", "damping", "shape")
@@ -27,6 +28,7 @@ _MOST = 1 / 2  # of the higher orders: there a pole returns that belongs to the 
 _FEWEST = 3  # of them, to tell
 _FALL = 10.0  # of singular values; noise and rounding alone make them fall by up to six
 _SMALL = 3e-4  # of the largest singular value: twelve bits, or the z^3 that folds in a slow record, look like modes
+LEAST_ROWS = 10  # enough for so many orders
 _HIGHEST = 20  # of the orders that are compared unless others are asked for
 
 
@@ -114,16 +116,16 @@ def model_order(record, orders=None, block_rows=40, band=(2, 80)):
     The order is the largest even one, at least the rig's own, after which singular values fall by ten or more and whose
     poles are all steady: a pole that meets every criterion returns near each at half of the higher orders. It is
     doubtful where there is none, where singular values fall so far again after a higher order, or where a pole in the
-    band keeps frequency and shape at half of the higher orders and is not among those of the order chosen. A mode that
-    noise drowns at every order is not seen.
+    band keeps frequency and shape at half of the higher orders and is not among those of the order chosen; and so is
+    an order beyond the rig's own where z was not measured. A mode that noise drowns at every order is not seen.
 
     Parameters
     ----------
     record : Record
         As `identify` takes it.
     orders : sequence of int, optional
-        Even, the rig's own (4, or 2 of one mass) and at least three beyond it, each up to ``block_rows``; by default
-        those up to 20.
+        Even, the rig's own (4, or 2 of one mass) and at least three beyond it, each up to ``block_rows``, of one sensor
+        below it; by default those up to 20.
     block_rows : int
         Block rows of the past and of the future in the subspace step, at least ten.
     band : pair of float
@@ -136,10 +138,10 @@ def model_order(record, orders=None, block_rows=40, band=(2, 80)):
     """
     record = Record.joined(checks.one_or_many("record", record, Record, "a Record"))
     least = layout_of(record).order
-    block_rows = checks.integer("block_rows", block_rows, low=least + 2 * _FEWEST)
+    block_rows = checks.integer("block_rows", block_rows, low=LEAST_ROWS)
     _, block_rows, band = checked_record(record, least, block_rows, band)
-    orders = _checked_orders(orders, block_rows, least)
-    _, gram, scale = about_springs_zero(displacements(record, band), least, block_rows, band)
+    orders = _checked_orders(orders, min(block_rows, block_rows * len(record.kinds) - 1), least)
+    gram, scale = _gram(record, least, block_rows, band)
     observability, singular_values = decomposed(gram, scale.size, 2)
     poles = _compared([_poles(*truncated(observability, scale[2:], one), record.sample_rate) for one in orders])
     order = np.repeat(orders, [len(frequency) for frequency, *_ in poles])
@@ -147,6 +149,8 @@ def model_order(record, orders=None, block_rows=40, band=(2, 80)):
     returns = _returns(orders, order, frequency, meets.all(axis=1))
     steady = returns >= _MOST
     chosen, doubts = _chosen(orders, singular_values, order, steady, least)
+    if chosen > least and not displacing(record):
+        doubts.append("z was not measured, and what it lacks below the band may look like modes")
     kept = _returns(orders, order, frequency, meets[:, 0] & meets[:, 2]) >= _MOST
     kept &= singular_values[order - 1] > _SMALL * singular_values[0]
     doubts += _left_out(chosen, band, order, frequency, kept)
@@ -157,9 +161,19 @@ def model_order(record, orders=None, block_rows=40, band=(2, 80)):
     )  # fmt: skip
 
 
-def _checked_orders(orders, block_rows, least):
-    orders = range(2, min(_HIGHEST, block_rows) + 1, 2) if orders is None else orders
-    orders = tuple(sorted(set(checks.integers("orders", orders, low=2, high=block_rows))))
+def _gram(record, order, block_rows, band):
+    """Gram matrix of inputs and outputs as measured, and the deviations that channels were divided by."""
+    motion = displacements(record, band)
+    if displacing(record):
+        return about_springs_zero(motion, order, block_rows, band)[1:]
+    inputs = extended_inputs(record.force, layout_of(record).across(outputs_of(motion)))
+    return scaled_gram(np.column_stack([inputs, outputs_of(record)]), record.joints, block_rows)
+
+
+def _checked_orders(orders, highest, least):
+    """Tuple of the orders: none of more than ``highest``, after which there is a singular value to fall to."""
+    orders = range(2, min(_HIGHEST, highest) + 1, 2) if orders is None else orders
+    orders = tuple(sorted(set(checks.integers("orders", orders, low=2, high=highest))))
     odd = [one for one in orders if one % 2]
     if odd:
         raise ValueError(f"orders = {odd[0]} is not allowed; expected even numbers, two a mode")

@@ -14,6 +14,7 @@ from . import nsi
 from .jumps import parameters_from_jumps
 from .layout import layout_of, powers_of
 from .likeliest import given
+from .order import LEAST_ROWS, model_order
 from .physical import NAMES
 from .receptance import RationalFraction, frequencies
 from .simulate import simulate
@@ -64,7 +65,7 @@ class Identification(Result):
 
     Attributes
     ----------
-    singular_values : ndarray, shape (2 block_rows,)
+    singular_values : ndarray, shape (q block_rows,)
         Of the subspace step, descending (the paper's Fig. 5).
     modes : Modes
         Natural frequencies (Hz), damping ratios (Table 3) and shapes over the outputs of the underlying linear system.
@@ -179,6 +180,11 @@ class Identification(Result):
         _, run, reach = given(structure, record, record.joints, self.frequency[[0, -1]])
         rest = np.zeros((len(run.begins), 2 * len(structure.masses)))
         return simulate(structure, values, run, rest, reach, finer=_FINER)[0]
+
+    def model_order(self):
+        """`ModelOrder` of the record, once mended, over the band and with the block rows of the identification."""
+        rows = self.singular_values.size // len(self.record.kinds)
+        return model_order(self.record, block_rows=max(rows, LEAST_ROWS), band=self.frequency[[0, -1]])
 
     def from_jumps(self, jumps, free=("k3",)):
         """`FromJumps`: a second way to the free parameters, from where a stepped test jumped, the others as found here.

@@ -112,10 +112,14 @@ def errors_of(layout, trust, noise=None):
     for trouble in trust.troubles:
         half_width = half_width + np.abs(trouble.shift[order])
     covariance = sure.covariance[np.ix_(order, order)]
-    return ParameterErrors(
+    found = ParameterErrors(
         tuple(fit.structure.names[i] for i in order), value, sure.standard_error[order], half_width, sure.bound[order],
         covariance, sure.disagreement[order], _mode_half_widths(layout, value, half_width, covariance),
     )  # fmt: skip
+    if fit.structure.base:  # the first mass is 1, and nothing of it is found
+        for errors in (found.standard_error, found.half_width, found.bound):
+            errors[0] = 0.0
+    return found
 
 
 def _mode_half_widths(layout, value, half_width, covariance):

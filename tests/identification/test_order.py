@@ -17,6 +17,8 @@ from rigsim.model.oscillator import oscillator_modes
 from rigsim.parameters import RigParameters
 from rigsim.results import Status
 from tests.identification.cubic import cubic_record
+from tests.identification.test_records import ACCELERATION, DISPLACEMENT, VELOCITY
+from tests.identification.test_records import record as record_of
 
 OSCILLATOR = RigParameters().oscillator
 
@@ -184,3 +186,36 @@ def test_one_sensor_has_two_states():
     noise = 0.01 * shaker.std() * np.random.default_rng(1).normal(size=shaker.shape)
     found = model_order(record.replace(shaker=(shaker + noise)[:, 0], mass=None))
     assert (found.chosen, found.status) == (2, Status.FOUND)
+
+
+@pytest.mark.parametrize("noise", [1e-3, 0.02])
+@pytest.mark.parametrize("base", [False, True])
+@pytest.mark.parametrize("kinds", [(ACCELERATION,), (VELOCITY,), (VELOCITY, VELOCITY), (DISPLACEMENT, ACCELERATION)])
+def test_whatever_was_measured_the_order_is_the_rigs(kinds, base, noise):
+    level = 20.0 if base and len(kinds) == 1 else 1.115
+    found = model_order(record_of(kinds, rms=level, n=30_000, noise=noise, base=base))
+    assert found.chosen == 2 * len(kinds)
+    assert base or found.status is Status.FOUND, found.message
+
+
+def test_an_order_beyond_the_rigs_is_doubtful_where_z_was_not_measured():
+    """Two accelerations of a base that shakes hard: what z lacks below the band makes poles that stay."""
+    found = model_order(record_of((ACCELERATION,) * 2, rms=2.0, n=30_000, noise=1e-3, base=True))
+    assert found.chosen > 4 and found.status is Status.DOUBTFUL and "z was not measured" in found.message
+
+
+def test_few_block_rows_of_one_sensor_have_a_singular_value_after_every_order():
+    short = record_of((DISPLACEMENT,), n=20_000, noise=1e-3)
+    found = model_order(short, block_rows=10)
+    assert found.chosen == 2 and found.orders[-1] == 8 and found.fall(8) >= 1
+    with pytest.raises(ValueError, match="orders = 10"):
+        model_order(short, (2, 4, 6, 8, 10), block_rows=10)
+    with pytest.raises(ValueError, match="block_rows = 9"):
+        model_order(short, block_rows=9)
+
+
+def test_an_identification_has_the_order_of_its_record():
+    record = record_of((ACCELERATION,), n=20_000, noise=1e-3)
+    own, asked = identify(record, block_rows=20).model_order(), model_order(record, block_rows=20)
+    np.testing.assert_array_equal(own.frequency, asked.frequency)
+    assert own.orders == asked.orders and own.chosen == 2

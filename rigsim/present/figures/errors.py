@@ -33,7 +33,7 @@ def parameter_figure(identification, *, ax=None):
         left.barh(rows, wide, height=0.5, color=BLUE, alpha=0.7, label="95 % interval, ±")
         left.plot(least, rows, "|", color=BLACK, markersize=14, markeredgewidth=2, label="least possible")
         for row, share in enumerate(wide):
-            left.text(share, row, f" {share:.2g} %" if np.isfinite(share) else "", va="center", fontsize=8)
+            left.text(share, row, f" {share:.2g} %" if share > 0 else "", va="center", fontsize=8)
         known = np.concatenate([wide, least])
         known = known[np.isfinite(known) & (known > 0)]
         low, high = (known.min(), known.max()) if known.size else (1.0, 1.0)
@@ -63,5 +63,5 @@ def parameter_figure(identification, *, ax=None):
 def _offsets(errors, parameters):
     """Of other parameters from the values, in half-widths, those far off at the edge."""
     others = np.array([getattr(parameters, name) for name in errors.names if hasattr(parameters, name)])
-    width = np.maximum(errors.half_width[: others.size], 1e-300)
+    width = np.where(errors.half_width > 0, errors.half_width, np.nan)[: others.size]  # on a base the first mass is 1
     return np.clip((others - errors.value[: others.size]) / width, -_BEYOND, _BEYOND)

@@ -27,13 +27,14 @@ def record_figure(record, *, ax=None, interval=None):
         raise ValueError(f"interval = {low:g} to {high:g} s is not allowed; expected {expected}")
     channels = {name: record.signals[name] for name in _COLOURS if name in record.signals}
     units = {"relative": record.units["shaker"]} | record.units
-    alt = f"Time histories of {', '.join(channels)} from {low:.3g} to {high:.3g} s; {record.summary()}."
+    names = ", ".join(map(record.called, channels))
+    alt = f"Time histories of {names} from {low:.3g} to {high:.3g} s; {record.summary()}."
     with style():
         figure, axes = subplots(len(channels), 1, alt=alt, ax=ax, height=1.4 * len(channels) + 0.4, sharex=True)
         for axis, (name, values) in zip(axes, channels.items(), strict=True):
             scale, unit = _SHOWN.get(units[name], (1.0, units[name]))
             _draw(axis, time[shown], scale * values[shown], _COLOURS[name])
-            axis.set(xlabel="time [s]", ylabel=f"{name} [{unit}]", xlim=(low, high))
+            axis.set(xlabel="time [s]", ylabel=f"{record.called(name)} [{unit}]", xlim=(low, high))
         outer_labels(axes, ax=ax)
         return figure
 

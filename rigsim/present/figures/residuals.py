@@ -41,11 +41,11 @@ def _recorded(identification):
 
 
 def residual_figure(identification, *, ax=None):
-    """What the simulated rig leaves of each output: its spectrum, autocorrelation, and correlation with the force.
+    """What the simulated rig leaves of each output: its spectrum, autocorrelation, and correlation with the input.
 
     The spectrum stands beside that of the output and the record's own floor, the median of the output's spectrum above
     a quarter of the sample rate. White noise stays within the grey bands at 99 % of the lags; what is correlated with
-    the force is motion that the rig does not explain.
+    the force, or the base's acceleration, is motion that the rig does not explain.
 
     Raises
     ------
@@ -54,10 +54,10 @@ def residual_figure(identification, *, ax=None):
     """
     left, recorded = left_over(identification), _recorded(identification)
     record, q = identification.record, left.shape[1]
-    out = [_correlations(record, left[:, i]) for i in range(q)]
+    out, shaken = [_correlations(record, left[:, i]) for i in range(q)], record.called("force")
     told = [
         f"{_share(left[:, i], recorded[:, i])} of {_NAMES[i]} are left, {100 * np.mean(own_out):.2g} percent of the "
-        f"autocorrelation and {100 * np.mean(cross_out):.2g} percent of that with the force out of the bands"
+        f"autocorrelation and {100 * np.mean(cross_out):.2g} percent of that with the {shaken} out of the bands"
         for i, (*_, own_out, cross_out) in enumerate(out)
     ]
     with style():
@@ -73,7 +73,7 @@ def residual_figure(identification, *, ax=None):
                 axis.set(xlabel="lag [ms]", xlim=1e3 * x[[0, -1]])
                 axis.set_ylim(*np.array((-1.3, 1.3)) * max(np.abs(y).max(), 2 * band))
             column[1].set_ylabel("autocorrelation")
-            column[2].set_ylabel("correlation with force")
+            column[2].set_ylabel(f"correlation with {shaken}")
         axes[0, 0].legend(loc="lower left")
         axes[1, 0].legend(loc="upper right")
         if ax is None:

@@ -17,7 +17,6 @@ from ...design.probability import curve_probability
 from ...experiment.record import Record
 from ...identification.identify import identify
 from ...identification.layout import layout_of
-from ...identification.order import model_order
 from ...parameters import OscillatorParameters
 from ..figures import curve_probability_figure
 from .build import make_folder, write
@@ -26,8 +25,13 @@ from .pages import rendered
 from .self_contained import seal
 
 _WHAT_NO_RECORD_TELLS = (
-    "No record can tell a sensitivity that is wrong by one factor for both displacements, or a wrong unit of all of "
-    "them: masses and stiffnesses are then wrong by that factor, so hold them against what is weighed."
+    "No record can tell a sensitivity that is wrong by one factor for all motions, or a wrong unit of all of them: "
+    "masses and stiffnesses are then wrong by that factor, so hold them against what is weighed. Nor can it tell noise "
+    "on the recorded force from a force that was not recorded."
+)
+_ON_A_BASE = (
+    "The motion on a base tells parameters only as shares of the first mass, which is 1 here: multiply the others by "
+    "what it weighs."
 )
 
 
@@ -36,10 +40,10 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
 
     Parameters
     ----------
-    path : str or path
-        A file that `Record.load` reads.
+    path : str or path, or sequence of them
+        A file that `Record.load` reads, or several: tests of one rig.
     out : path, optional
-        The page; by default NAME_identified.html in the current folder.
+        The page; by default NAME_identified.html, of the first file's name, in the current folder.
     force : float, optional
         Amplitude (N) at which detached curves are asked for.
     load, settings
@@ -59,10 +63,13 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
     OSError
         If the page cannot be written, as is found before anything else is done.
     """
-    path = Path(checks.path("path", path))
+    path = checks.one_or_many("path", path, (str, os.PathLike), "the name of a file, or several")
+    path = [Path(checks.path("path", each)) for each in path]
+    if not path:
+        raise ValueError("path = [] is not allowed; expected the name of a file, or several")
     force = None if force is None else checks.positive("force", force, "N")
-    out = Path(f"{path.stem}_identified.html") if out is None else Path(out)
-    if out.exists() and path.exists() and out.samefile(path):
+    out = Path(f"{path[0].stem}_identified.html") if out is None else Path(out)
+    if out.exists() and any(each.exists() and out.samefile(each) for each in path):
         raise ValueError(f"out = {str(out)!r} is the record itself; expected another name for its page")
     make_folder(out.parent)
     if out.is_dir() or not os.access(out.parent, os.W_OK):
@@ -70,10 +77,11 @@ def identify_file(path, out=None, force=None, *, load=None, progress=True, **set
     begun = time.perf_counter()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
-        record = Record.load(path, **_loadable(path, **(load or {})))
+        record = Record.joined([Record.load(each, **_loadable(each, **(load or {}))) for each in path])
     guessed = tuple(str(warning.message) for warning in caught if issubclass(warning.category, UserWarning))
     found = identify(record, progress=progress, **settings)
-    page = identified_page(found, record, path.name, guessed, force, settings, lambda: time.perf_counter() - begun)
+    names = [each.name for each in path]
+    page = identified_page(found, record, names, guessed, force, settings, lambda: time.perf_counter() - begun)
     return found, guessed, write(out, page)
 
 
@@ -87,8 +95,8 @@ def _loadable(path, channels=None, **options):
 
 
 @one_blas_thread
-def identified_page(found, record, name, guessed=(), force=None, settings=None, seconds=lambda: 0.0):
-    """The whole page (str) of an `Identification` of a record that was read from a file of that ``name``.
+def identified_page(found, record, names, guessed=(), force=None, settings=None, seconds=lambda: 0.0):
+    """The whole page (str) of an `Identification` of a record that was read from a file, or files, of those ``names``.
 
     ``guessed`` are sentences, ``force`` (N) is one at which detached curves are asked for, ``settings`` are those of
     `identify`, and ``seconds`` tells how long all took.
@@ -105,8 +113,9 @@ def identified_page(found, record, name, guessed=(), force=None, settings=None, 
         _curves(page, found, force)
     if settings:
         page.section("Settings")
-        page.text("Other than usual: " + ", ".join(f"{key} = {value}" for key, value in settings.items()) + ".")
-    return page.sealed(name, seconds())
+        told = settings | ({"band": "{:g} to {:g} Hz".format(*settings["band"])} if "band" in settings else {})
+        page.text("Other than usual: " + ", ".join(f"{key} = {value}" for key, value in told.items()) + ".")
+    return page.sealed([names] if isinstance(names, str) else names, seconds())
 
 
 class _Page:
@@ -136,15 +145,16 @@ class _Page:
     def figure(self, figure):
         self._add(f'<div class="figure">{self._document.svg(figure.svg())}</div>')
 
-    def sealed(self, name, seconds):
-        title = f"What {name} says of its rig"
+    def sealed(self, names, seconds):
+        says = "says of its" if len(names) == 1 else "say of their"
+        title = f"What {' and '.join(names)} {says} rig"
         first, *others = ("\n".join(parts) for parts in self._sections)
         cells = [f"<h1>{escape(title)}</h1>\n{first}", *others]
         page = rendered(
             "page.html.j2", title=title, headings=self._headings, seconds=seconds,
             cells=[{"kind": "markdown", "html": html} for html in cells],
         )  # fmt: skip
-        return seal(page, name)
+        return seal(page, names[0])
 
 
 def _verdict(page, found):
@@ -176,11 +186,14 @@ def _troubles(page, found):
             page.items(texts)
     if not found.mended and not found.troubles:
         page.text("None was found.")
-    page.text(_WHAT_NO_RECORD_TELLS, "note")
+    if not found.record.base:
+        page.text(_WHAT_NO_RECORD_TELLS, "note")
 
 
 def _parameters(page, found):
     page.section("Parameters")
+    if found.record.base:
+        page.text(_ON_A_BASE)
     table = found.table().drop(columns=["meaning", "standard error"], errors="ignore")
     page.table(table[sorted(table, key=lambda name: name in ("nominal", "error [%]"))])  # what is found first
     layout = layout_of(found.record)
@@ -213,7 +226,8 @@ def _residuals(page, found):
     )
     page.figure(found.plot("residuals"))
     page.section("Prediction")
-    page.text("The whole motion is simulated from the force alone; nothing is corrected on the way.")
+    shaken = "the base's acceleration" if found.record.base else "the force"
+    page.text(f"The whole motion is simulated from {shaken} alone; nothing is corrected on the way.")
     page.figure(found.plot("prediction"))
 
 
@@ -225,8 +239,7 @@ def _linear(page, found):
     page.text("For a cubic spring it is real and the same at all frequencies, up to the noise.")
     page.figure(found.plot("nonlinear coefficient"))
     page.section("Order")
-    rows, band = max(found.singular_values.size // 2, 10), (found.frequency[0], found.frequency[-1])
-    order = model_order(found.record, block_rows=rows, band=band)
+    order = found.model_order()
     page.text(f"{order.summary()}.")
     page.text("Singular values: two a mode stand out, the rest is noise. Poles of the rig stay where the order grows.")
     page.figure(order.plot())

@@ -15,6 +15,8 @@ from rigsim.identification.troubles import Trouble
 from rigsim.present.report import identified
 from rigsim.present.report.identified import identified_page, identify_file
 from tests.identification.cubic import cubic_record
+from tests.identification.test_records import ACCELERATION, DISPLACEMENT
+from tests.identification.test_records import record as record_of
 
 SECTIONS = ["The record", "Troubles", "Parameters"]
 SIMULATED = ["Residuals", "Prediction"]
@@ -126,6 +128,43 @@ def test_what_is_not_allowed_is_found_before_the_work(tmp_path, monkeypatch, rec
         identify_file(tmp_path / "own.csv", tmp_path / "own.csv")
     with pytest.raises(OSError, match="a folder is there"):
         identify_file(tmp_path / "own.csv", tmp_path)
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("kinds", [(ACCELERATION,), (ACCELERATION, DISPLACEMENT)])
+def test_what_was_measured_is_called_what_it_is(kinds):
+    on_base = record_of(kinds, n=20_000, base=True, rms=10.0 if len(kinds) == 1 else 1.0, noise=1e-3)
+    known = identify(on_base)
+    assert known.errors.half_width[0] == known.errors.bound[0] == 0.0 and (known.errors.half_width[1:] > 0).all()
+    text = soup_of(identified_page(known, on_base, "base.csv", settings={"band": (2.0, 80.0), "order": "auto"})).text
+    assert re.search(r"base [\d.]+ m/s\^2 rms", text) and "the force" not in text
+    assert "first mass, which is 1" in text and "base's acceleration alone" in text
+    assert "band = 2 to 80 Hz, order = auto" in text and "weighed" not in text and "Detached curves" not in text
+    figure = known.plot("residuals")
+    assert figure.axes[2 * len(kinds)].get_ylabel() == "correlation with base" and "with the base out" in figure.alt
+    drawn = known.plot("parameters").axes[0]
+    assert drawn.get_xlim()[0] > 1e-8  # an interval of nothing sets no scale
+    assert on_base.plot().axes[0].get_ylabel() == "base [m/s^2]"
+    assert on_base.plot().axes[1].get_ylabel() == "shaker [m/s^2]" and list(on_base.table().index)[0] == "base"
+
+
+@pytest.mark.usefixtures("quick")
+def test_several_files_are_tests_of_one_rig(tmp_path, monkeypatch, found):
+    monkeypatch.setattr(identified, "identify", lambda record, **_: seen.append(record) or found)
+    monkeypatch.chdir(tmp_path)
+    seen, names = [], ["soft.csv", "hard.csv"]
+    for name, rms in zip(names, (0.3, 1.115), strict=True):
+        record_of(n=500, rms=rms).save(name)
+    _, _, page = identify_file(names, progress=False)
+    assert page == Path("soft_identified.html") and seen[0].joints == (0, 500)
+    assert soup_of(page.read_text(encoding="utf-8")).h1.text == "What soft.csv and hard.csv say of their rig"
+    with pytest.raises(ValueError, match="record itself"):
+        identify_file(names, "hard.csv")
+    with pytest.raises(ValueError, match=r"path = \[\]"):
+        identify_file([])
+    record_of((ACCELERATION,), n=500).save("other.csv")
+    with pytest.raises(ValueError, match="kinds of the records"):
+        identify_file([*names, "other.csv"])
 
 
 @pytest.mark.usefixtures("quick")
