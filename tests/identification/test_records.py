@@ -149,6 +149,17 @@ def test_where_tests_meet_nothing_is_wrong_and_clocks_count_from_each_start():
     assert np.abs(error).max() < 2e-2
 
 
+def test_the_band_of_the_coefficient_is_as_wide_as_it_scatters():
+    found = [identify(record(n=40_000, noise=0.005, seed=seed)) for seed in range(10)]
+    places = np.searchsorted(found[0].frequency, [8.0, 15.0, 30.0, 50.0, 70.0])
+    scatter = np.std([one.nonlinear_coefficient.real[places] for one in found], axis=0, ddof=1)
+    apart = np.array([abs(one.read.k3 - one.k3) for one in found])[:, None]
+    told = np.array([one.nonlinear_half_width[places] for one in found]) - apart
+    np.testing.assert_allclose(np.median(told, axis=0), 1.96 * scatter, rtol=0.6)
+    inside = [abs(one.nonlinear_coefficient.real - P.k3) < one.nonlinear_half_width for one in found]
+    assert np.mean(inside) > 0.9
+
+
 def test_what_is_foretold_of_another_test():
     found = identify(record(n=40_000, noise=1e-3))
     other = record(n=8000, rms=1.5, seed=9)
