@@ -83,8 +83,9 @@ def identify(
         empty or beyond half the sample rate, or the conversion unknown or not for such a record.
     """
     record = Record.joined(checks.one_or_many("record", record, Record, "a Record"))
-    choice = checks.one_of("order", order, ("auto",)) if isinstance(order, str) else None
-    order, block_rows, band = checked_record(record, None if choice else order, block_rows, band)
+    auto = isinstance(order, str)
+    order = checks.one_of("order", order, ("auto",)) if auto else order
+    order, block_rows, band = checked_record(record, None if auto else order, block_rows, band)
     progress = checks.progress(progress)
     conversion = checks.one_of("conversion", conversion, nsi.CONVERSIONS)
     if conversion != "force" and not direct(record):
@@ -94,9 +95,8 @@ def identify(
     terms, noise = checked_terms(terms, layout_of(record)), checked_noise(noise)
     reading = {"order": order, "block_rows": block_rows, "band": band, "conversion": conversion, "terms": terms}
     with reporting(progress, _STEPS, "identification") as report:
-        if choice:
-            choice = model_order(record, None, block_rows, band)
-            reading["order"] = choice.chosen
+        choice = model_order(record, None, block_rows, band) if auto else None
+        reading |= {"order": choice.chosen} if auto else {}
         found, mended = _read(record, report, **reading), []
         if conversion == "force" and found.trust.left.max() > _APART:
             found, mended = _brought_together(found, record, report, reading)
@@ -110,7 +110,7 @@ def identify(
             found = _with_simulated_motion(found, report, reading)
         report(_STEPS)
     told = channel_troubles(record, band, order)
-    told += [Trouble("order", choice.message)] if choice and choice.message else []
+    told += [Trouble("order", choice.message)] if auto and choice.message else []
     return found.told(record, told, mended, noise)
 
 

@@ -204,7 +204,7 @@ def _sensor(motion, record, one, name):
             told = lambda size, beside=beside: f"{100 * size:.2g} % of {beside} is in {name}"  # noqa: E731
             yield Candidate("cross-talk", _of((one,), leaked), told)
     leaked = np.repeat(force[:, None], motion.shape[1], axis=1)
-    unit = f"{record.units[name]}/({record.units['force']})"
+    unit = f"{record.units[name]}/({record.units['force']})".replace("(N)", "N")
     told = lambda size: f"the {_input(record)} leaks into {name} ({abs(size):.2g} {unit})"  # noqa: E731
     yield Candidate("cross-talk", _of((one,), leaked), told)
     square = motion * motion

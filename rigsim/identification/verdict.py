@@ -16,8 +16,12 @@ _WIDE = 0.1  # of a parameter: a half-width beyond it says little
 _MOVES = 0.01  # of a parameter: a trouble that moves one by less is in its interval
 _DROWNED = 0.5  # of an output
 _ODD = 0.02  # of a parameter: half-width that comes from parts of the record that disagree
-_SEEN, _MOST = 5e-3, 0.3  # of an output, and of what is left of it: worth a word
+_SEEN, _MOST = 1e-3, 0.3  # of an output, and of what is left of it: worth a word
 _UNIT = 0.01  # kg
+_FILTERED = (
+    "all outputs are late and low-passed alike, as where a force is read before its amplifier or filter, whose gain "
+    "would scale every parameter: read it at the rig, or weigh a mass"
+)
 
 
 def judged(record, band, modes, values, misfit, folded, trust, mended, told, noise):
@@ -55,6 +59,8 @@ def judged(record, band, modes, values, misfit, folded, trust, mended, told, noi
     reverse = any(trouble.mend.get("reverse") == ("shaker", "mass") for trouble in mended)
     if errors is not None and reverse and abs(values[0] - 1) < _UNIT:  # as if a force had been divided by its mass
         doubts.append(BASE)
+    if errors is not None and _behind_a_filter(record, mended, troubles):
+        doubts.append(_FILTERED)
     noticed = [*_noticed(trust, doubts), *(f"noticed: {trouble.message}" for trouble in left)]
     hopeless = [trouble.message for trouble in mended if not trouble.mend and trouble.name != "break"]
     cured = [trouble.message for trouble in mended if trouble.mend or trouble.name == "break"]
@@ -64,6 +70,13 @@ def judged(record, band, modes, values, misfit, folded, trust, mended, told, noi
         "record": record, "modelled": modelled, "mended": tuple(mended), "troubles": (*told, *troubles),
         "status": Status.DOUBTFUL if hopeless or doubts else Status.IDENTIFIED, "message": message,
     }  # fmt: skip
+
+
+def _behind_a_filter(record, mended, troubles):
+    """Whether all outputs are late and low-passed alike: then the force is, and a filter passes any share of it."""
+    late = any(set(trouble.mend.get("delay", ())) == set(record.kinds) for trouble in mended)
+    everything = " and ".join(record.kinds)
+    return late and any(one.name == "low-pass" and one.message.startswith(everything) for one in troubles)
 
 
 def rig_of(layout, values, troubles):

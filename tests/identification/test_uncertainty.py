@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from rigsim.identification.layout import TWO_MASSES
 from rigsim.identification.physical import NAMES
 from rigsim.identification.trust import trusted
 from rigsim.identification.verdict import errors_of
@@ -19,7 +20,7 @@ def estimated(on_force, on_outputs, seed, duration=20, noise=None):
     record = cubic_record(duration=duration, noise=on_outputs, seed=seed)
     disturbed = np.random.default_rng((seed, 1)).normal(size=record.force.size) * on_force * record.force.std()
     away = np.random.default_rng((seed, 2)).uniform(0.99, 1.01, size=7)
-    return errors_of(trusted(record.replace(force=record.force + disturbed), [TRUE * away], (2, 80)), noise)
+    return errors_of(TWO_MASSES, trusted(record.replace(force=record.force + disturbed), [TRUE * away], (2, 80)), noise)
 
 
 def covered(cells, seeds, tell, declared=False):
