@@ -6,6 +6,7 @@ The rig that repeats the record best, then what it leaves, mended where that has
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from scipy.optimize import nnls
 
 from .channels import breaks, spikes
@@ -18,6 +19,8 @@ from .uncertainty import uncertainty
 
 _ROUNDS = 4
 _MOST = 0.5  # of what is left
+_LARGE, _SEVERAL = 0.9, 2  # quantile of a motion that is large; places that tell where they are
+_NEAR = 0.2  # s about a place where the motion begins anew
 _FEW = 0.01  # of the samples
 _FAR = 10  # samples
 _MATTERS = 1e-3  # of a parameter
@@ -99,7 +102,7 @@ def trusted(record, starts, band, terms=(), sensitive=False, taken=()):
 def _change(best, record, begins, found, mended, sensitive):
     """What is to be mended next: the trouble, the record and its beginnings then, and whether states are known."""
     if not sensitive and not (found and found[0].explains > _MOST):
-        cure = _cure(record, best.freed(best.outputs - best.modelled), begins, mended)
+        cure = _cure(record, best, begins, mended)
         if cure:
             return *cure, True
     if len(begins) == len(record.joints) and found and _mendable(found[0], best, record):
@@ -122,14 +125,21 @@ def _mendable(trouble, best, record):
     return near and (np.abs(trouble.shift) > _MATTERS * np.abs(best.values)).any()
 
 
-def _cure(record, rest, begins, mended):
+def _cure(record, best, begins, mended):
     """For single wrong samples, or places where the motion begins anew: the trouble, and record and beginnings then."""
+    rest, motion = best.freed(best.outputs - best.modelled), np.abs(best.modelled - best.modelled.mean(axis=0))
     places, out = [], {name: [] for name in record.kinds}
     for first, test in zip(record.joints, record.tests, strict=True):
         size, own = outputs_of(test).std(axis=0), rest[first : first + test.force.size]
         places += [first + place for place in breaks(own, size, record.sample_rate)]
         for name, alone in zip(out, spikes(own, size), strict=True):
             out[name] += (first + alone).tolist()
+    out = {
+        name: [] if _at_peaks(where, one) else where for (name, where), one in zip(out.items(), motion.T, strict=True)
+    }
+    near = maximum_filter1d(motion, int(_NEAR * record.sample_rate) | 1, axis=0)
+    if any(_at_peaks(places, one) for one in near.T):
+        places = []
     if places and not _named(mended, "break"):
         said = ", ".join(f"{place / record.sample_rate:.4g}" for place in places)
         told = f"the motion begins anew at {said} s: samples lost or repeated, runs joined, or a knock"
@@ -143,6 +153,11 @@ def _cure(record, rest, begins, mended):
         trouble = Trouble("spikes", f"single samples stand out: {said}", {"spikes": out})
         return trouble, record.realigned(**trouble.mend), begins
     return None
+
+
+def _at_peaks(places, motion):
+    """Whether places are those where the motion (n,) is largest: then it is a law or a sensor that does it."""
+    return len(places) >= _SEVERAL and np.mean(motion[places] > np.quantile(motion, _LARGE)) > _MOST
 
 
 def _named(troubles, name):

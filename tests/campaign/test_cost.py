@@ -84,7 +84,7 @@ REASONABLE = [
     ("rigsim.experiment.sine_test.run_chunks", lambda r: sine_test(RIG, 3.18, 30.0, duration=3600)),
     ("rigsim.experiment.random_test.RigSpace", lambda r: random_test(RIG, duration=3600)),
     ("rigsim.experiment.random_test.RigSpace", lambda r: random_test(RIG, step=1e-7)),
-    ("rigsim.identification.identify._model", lambda r: identify(r, block_rows=200)),
+    ("rigsim.identification.identify.extended_model", lambda r: identify(r, block_rows=200)),
     ("rigsim.design.charts.judge_varied", lambda r: rigsim.existence_chart(RIG, 3.18, "m", "c", points=(1000, 1000))),
     ("rigsim.design.tolerances.run_chunks", lambda r: rigsim.tolerance_study(RIG, 3.18, {"m": "1 %"}, 2_000_000)),
     ("rigsim.attraction.basins.attractors", lambda r: basins(RIG, 3.18, 30.0, pixels=1000, samples=100_000)),

@@ -292,3 +292,11 @@ def test_lines_of_the_force_are_no_tones_of_the_sensors():
 def test_millimetres_for_metres_get_a_word(clean):
     found = identify(clean.replace(shaker=1e3 * clean.shaker, mass=1e3 * clean.mass))
     assert found.status == Status.DOUBTFUL and "times gravity" in found.message and "unit" in found.message
+
+
+def test_peaks_that_a_sensor_bends_are_no_outliers(clean):
+    end = 2.5 * clean.mass.std()
+    bent = clean.mass - 0.05 * np.sign(clean.mass) * np.maximum(np.abs(clean.mass) - end, 0.0)
+    found = identify(noisy(clean.replace(mass=bent), 1e-4))
+    assert not any(trouble.name in ("spikes", "break") for trouble in found.mended)
+    assert wrong(found) < 2 or found.status == Status.DOUBTFUL
