@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rigsim.experiment.random_test import random_test
 from rigsim.experiment.record import Record
 from rigsim.identification.identify import identify
 from rigsim.identification.layout import ONE_MASS, TWO_MASSES
 from rigsim.identification.simulate import SENSED, Run, simulate
-from rigsim.identification.terms import Friction, Term
+from rigsim.identification.terms import Friction, Power, Term
+from rigsim.model.wires import suspension_force
 from rigsim.parameters import MassParameters, RigParameters
 from rigsim.results import Status
 
@@ -177,3 +179,25 @@ def test_what_such_a_record_cannot_be_read_as():
         identify(record((DISPLACEMENT,), n=20_000), terms=[Term("k", (0, 1))])
     with pytest.raises(ValueError, match="sample_rate of the records = 2000.0 and 1000.0"):
         identify([record(n=20_000), replace(record(n=20_000), sample_rate=1000.0)])
+
+
+@pytest.mark.full
+def test_from_which_force_on_the_wires_show_their_quintic(tell):
+    """Its coefficient is that of the wires' exact law; with 0.1 % noise on both sensors of the multi-body rig."""
+    rig, quintic, rng = RigParameters(wire_sets=2), Term("k5", (0, 1), Power(5), unit="N/m^5"), np.random.default_rng(3)
+    z = np.linspace(-5e-4, 5e-4, 2001)
+    powers = np.stack([z, z**3, z**5, z**7], axis=1) / 5e-4 ** np.array([1, 3, 5, 7])
+    true = (np.linalg.lstsq(powers, suspension_force(z, rig), rcond=None)[0] / 5e-4 ** np.array([1, 3, 5, 7]))[2]
+    seen = {}
+    for rms in (1.115, 2.0, 3.0, 5.0):
+        test = random_test(rig, rms)
+        noisy = {
+            name: channel + 1e-3 * channel.std() * rng.normal(size=channel.size)
+            for name, channel in (("shaker", test.shaker), ("mass", test.mass))
+        }
+        errors = identify(test.replace(**noisy), terms=[quintic]).errors
+        value, wide = errors.value[-1], errors.half_width[-1]
+        seen[rms] = abs(value) > wide
+        assert abs(value - true) < 2 * wide + 0.03 * abs(true)  # the next term of the law is some per cent of it
+        tell(f"quintic of the wires at {rms:g} N rms: {value:.3g} +- {wide:.2g} N/m^5, true {true:.3g}")
+    assert list(seen.values()) == [False, True, True, True]
