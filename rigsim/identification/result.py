@@ -30,7 +30,7 @@ class ParameterErrors:
     Attributes
     ----------
     names : tuple of str
-        ms, ks, cs, m, c, k1, k3, then the terms that were asked for.
+        ms, ks, cs, m, c, k1, k3, or m, c, k1, k3 of one mass, then the terms that were asked for.
     value : ndarray, shape (n,)
         In SI units, of any sign.
     standard_error : ndarray, shape (n,)
