@@ -18,6 +18,7 @@ from .troubles import TIMING, Trouble, candidates, suspected, timing
 from .uncertainty import uncertainty
 
 _ROUNDS = 4
+_IN_PARTS = 0.7  # of an output left by a rig that does not repeat the record, though each part begins anew
 _MOST = 0.5  # of what is left
 _LARGE, _SEVERAL = 0.9, 2  # quantile of a motion that is large; places that tell where they are
 _NEAR = 0.2  # s about a place where the motion begins anew
@@ -69,7 +70,7 @@ def trusted(record, starts, band, terms=(), sensitive=False, taken=()):
     try:
         best = likeliest(structure, record, starts, band, sensitive)
         left = share_left(best, lines)
-        if not left.max() < (1.0 if sensitive else LOST):
+        if not left.max() < (_IN_PARTS if sensitive else LOST):
             raise FitError(f"the likeliest one leaves {100 * left.max():.2g} % of an output")
     except FitError as error:
         trouble = Trouble("fit", f"no rig of this kind repeats the record: {error}")
