@@ -199,7 +199,7 @@ def _identify(args):
             args.record, args.out, args.force, load=_given(load), progress=sys.stderr.isatty(), **_given(settings)
         )
     except (ValueError, OSError) as error:
-        print(f"rigsim: {_words(error)}", file=sys.stderr)
+        print(f"rigsim: {_words(error)}{_options(str(error))}", file=sys.stderr)
         return 1
     for sentence in guessed:
         print(f"rigsim: {sentence}", file=sys.stderr)
@@ -213,6 +213,14 @@ def _words(error):
     """One line that says what is wrong, and with which file."""
     named = isinstance(error, OSError) and error.filename and error.strerror
     return f"{error.filename}: {error.strerror}" if named else " ".join(str(error).split())
+
+
+def _options(message):
+    """How the command is told what a reader of files asks for by its arguments."""
+    asked = {"channels=": "--channels force=1,shaker=2,mass=3", "expected hold": "--hold", "sample_rate=": "--rate",
+             "units=": "--units shaker=mm"}  # fmt: skip
+    found = [option for words, option in asked.items() if words in message]
+    return f" (here: {' and '.join(found)})" if found else ""
 
 
 def _given(options):

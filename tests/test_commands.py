@@ -502,6 +502,14 @@ def test_identify_errors_are_lines(own_record, tmp_path, capsys, arguments, word
     assert (tmp_path / "own.csv").read_bytes() == before
 
 
+def test_identify_names_its_own_options(own_record, capsys):
+    Path("bare.csv").write_text("t,a,b,c\n" + "".join(f"{k / 100},{k % 3},{k % 5},{k % 7}\n" for k in range(300)))
+    assert own_record("bare.csv") == 1
+    assert "(here: --channels force=1,shaker=2,mass=3)" in capsys.readouterr().err
+    assert own_record("bare.csv", "--channels", "force=1,shaker=2,mass=3") == 1
+    assert "(here: --hold)" in capsys.readouterr().err
+
+
 def test_columns_and_units_are_passed_on_as_they_are_called():
     given = [["force=Ch1, raw [N],shaker=2", "mass=a=b"], ["time=t"]]
     assert commands._pairs(given) == {"force": "Ch1, raw [N]", "shaker": "2", "mass": "a=b", "time": "t"}

@@ -169,7 +169,9 @@ def _columns(path, contents, channels, one_sensor, notes):
             f"{index}: {reprlib.repr(name) if name else 'unnamed'}" for index, name in enumerate(names[:_SHOWN])
         )
         more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-        raise ValueError(f"{path} has no channel {missing[0]} by that name; it holds {held}{more}; expected {EXAMPLE}")
+        fewer = ", without mass for one sensor" if missing[0] == "mass" else ""
+        told = f"{path} has no channel {missing[0]} by that name; it holds {held}{more}"
+        raise ValueError(f"{told}; expected {EXAMPLE}{fewer}")
     for role, index in found.items():
         others = [other for other in found if found[other] == index and other != role]
         if others:

@@ -84,7 +84,8 @@ def identify(
     """
     record = Record.joined(checks.one_or_many("record", record, Record, "a Record"))
     auto = isinstance(order, str)
-    order = checks.one_of("order", order, ("auto",)) if auto else order
+    if auto and order != "auto":
+        raise ValueError(f'order = {checks.shown(order)} is not allowed; expected an even whole number or "auto"')
     order, block_rows, band = checked_record(record, None if auto else order, block_rows, band)
     progress = checks.progress(progress)
     conversion = checks.one_of("conversion", conversion, nsi.CONVERSIONS)

@@ -173,8 +173,10 @@ class Identification(Result):
         record = checks.instance("record", record, Record, "a Record")
         if self.errors is None:
             raise ValueError("identification.errors is None; expected an identification with a rig to simulate")
-        if (record.kinds, record.base) != (self.record.kinds, self.record.base):
-            raise ValueError(f"record measures {record.kinds}; expected {self.record.kinds}, as what was identified")
+        asked, known = ((one.kinds, "base" if one.base else "force") for one in (record, self.record))
+        if asked != known:
+            told, expected = (f"{kinds} and a {source}" for kinds, source in (asked, known))
+            raise ValueError(f"record measures {told}; expected {expected}, as what was identified")
         structure = layout_of(record).structure(record, self.terms)
         values = np.array([self.errors.value[self.errors.names.index(name)] for name in structure.names])
         _, run, reach = given(structure, record, record.joints, self.frequency[[0, -1]])
@@ -198,11 +200,11 @@ class Identification(Result):
         """
         if self.errors is None or self.errors.names != NAMES or self.record.base:
             told = (
-                "the paper's readings have no errors"
+                f'by the reading "{self.conversion}" this record has no parameters with errors'
                 if self.errors is None
                 else "closed forms have two masses, a force and a cubic spring only"
             )
-            raise ValueError(f'{told}; expected an identification by the reading "force" of such a rig')
+            raise ValueError(f'{told}; expected one by the reading "force" of such a rig')
         sure = self.errors
         grown = sure.half_width / np.sqrt(np.maximum(np.diag(sure.covariance), 1e-300)) / stats.norm.ppf(0.975)
         return parameters_from_jumps(jumps, self.parameters, free, sure.covariance * np.outer(grown, grown))
@@ -213,11 +215,14 @@ class Identification(Result):
         modes = ", ".join(f"{frequency:.4f} Hz ({damping:.4f})" for frequency, damping in pairs)
         told = f"{self.status}: {self.message}" if self.message else self.status
         sure = "" if self.errors is None else f" +- {self.errors.half_width[self.errors.names.index('k3')]:.2g}"
-        return f'Identification ("{self.conversion}"): modes {modes}; k3 = {self.k3:.5g}{sure} N/m^3; {told}'
+        unit = "N/m^3 per kg of the first mass" if self.record.base else "N/m^3"
+        return f'Identification ("{self.conversion}"): modes {modes}; k3 = {self.k3:.5g}{sure} {unit}; {told}'
 
     def table(self):
         """`pandas.DataFrame` of the parameters: 95 % half-widths, Cramer-Rao bounds, nominal values and errors [%]."""
         table = self.parameters.table()
+        if self.record.base:  # shares of the first mass
+            table["unit"] = ["1" if unit == "kg" else f"{unit}/kg" for unit in table["unit"]]
         if self.errors is not None:
             known = [self.errors.names.index(name) for name in table.index]
             table.insert(1, "+- (95 %)", self.errors.half_width[known])

@@ -241,5 +241,5 @@ def test_a_test_that_turns_back_and_a_reading_without_errors_are_refused(ends):
     with pytest.raises(ValueError, match="relative has 3 amplitudes; expected 4"):
         Jump.found_in(1.0, [20, 21, 22, 23], np.ones(3))
     paper = identify(cubic_record(duration=5), conversion="all")
-    with pytest.raises(ValueError, match="the paper's readings have no errors; expected"):
+    with pytest.raises(ValueError, match="this record has no parameters with errors; expected"):
         paper.from_jumps(stepped(ends, 0.1))

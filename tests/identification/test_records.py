@@ -117,6 +117,7 @@ def test_on_a_base_the_ratios_are_found(kind):
     assert found.status == Status.IDENTIFIED and found.errors.value[0] == 1.0
     assert (np.abs(error) < 1.5 * wide + 1e-6).all()
     assert found.receptance[:, 0, 1] == pytest.approx(found.receptance[:, 1, 0])
+    assert found.table().loc["ks", "unit"] == "N/m/kg" and "per kg of the first mass" in found.summary()
     single = identify(record((kind,), rms=20.0, base=True))
     error, _ = off(single, ONE, base=True)
     assert np.abs(error).max() < 1e-4
@@ -168,8 +169,12 @@ def test_what_is_foretold_of_another_test():
     foretold = found.predicted(other)
     rest = foretold - np.column_stack([other.shaker, other.mass])
     assert (rest.std(axis=0) < 0.02 * foretold.std(axis=0)).all()
-    with pytest.raises(ValueError, match="record measures"):
-        found.predicted(record((ACCELERATION,) * 2, n=100))
+    for wrong, told in (
+        (record((ACCELERATION,) * 2, n=100), "'acceleration'} and a force"),
+        (record(n=100, base=True), "a base"),
+    ):
+        with pytest.raises(ValueError, match=f"record measures .*{told}; expected .* and a force"):
+            found.predicted(wrong)
 
 
 def test_what_such_a_record_cannot_be_read_as():

@@ -57,7 +57,7 @@ def identification_figure(identification, *, ax=None):
     order, mean = len(identification.state_space.A), identification.nonlinear_coefficient.real.mean()
     jump = identification.singular_values[order - 1] / identification.singular_values[order]
     alt = (
-        f"Identification of a record: singular values that fall by a factor of {jump:.2g} after the {order}th; "
+        f"Identification of a record: singular values that fall by a factor of {jump:.2g} after number {order}; "
         f"nonlinear coefficient with mean {mean:.4g} newtons per cubic metre; receptances of the underlying linear "
         f"system, with modes at {_listed(identification.modes.frequency)} Hz, estimated and fitted."
     )

@@ -22,8 +22,8 @@ def checked(identification):
     identification = checks.instance("identification", identification, Identification, "an Identification")
     if identification.modelled is None:
         raise ValueError(
-            f"identification (conversion = {identification.conversion!r}) has no simulated rig; expected one that "
-            'conversion = "force" found'
+            f"identification (conversion = {identification.conversion!r}) has no simulated rig; expected one by "
+            'conversion = "force" of a record that a rig repeats'
         )
     return identification
 
