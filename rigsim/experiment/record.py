@@ -8,6 +8,7 @@ import numpy as np
 from .. import checks, parameters
 from ..results import Result, frame
 from .channels import HOLDS, KINDS, UNITS, checked_kinds
+from .joints import joined, slices
 from .lines import strongest_lines
 from .reading import fields_of, inspected
 from .realign import realigned
@@ -127,33 +128,17 @@ class Record(Result):
         records = checks.one_or_many("records", records, cls, "a Record")
         if not records:
             raise ValueError("records = [] holds no record; expected a Record or several")
-        for name in ("sample_rate", "hold", "kinds", "base"):
-            values = [getattr(record, name) for record in records]
-            if any(value != values[0] for value in values):
-                other = next(value for value in values if value != values[0])
-                raise ValueError(f"{name} of the records = {values[0]} and {other}; expected one for all")
-        if len(records) == 1:
-            return records[0]
-        tilted = all(record.tilt is not None for record in records)
-        names = [name for name in UNITS if name in records[0].kinds or name == "force" or (name == "tilt" and tilted)]
-        channels = {name: np.concatenate([getattr(record, name) for record in records]) for name in names}
-        ends = np.cumsum([0, *(record.force.size for record in records)])
-        joints = [joint + end for record, end in zip(records, ends, strict=False) for joint in record.joints]
-        same = records[0].parameters if all(r.parameters == records[0].parameters for r in records) else None
-        unknown = {"seed": None, "start": None, "step": None, "tilt": None}
-        return records[0].replace(**unknown | channels, parameters=same, joints=tuple(joints))
+        return joined(records)
 
     @property
     def tests(self):
         """The tests it is made of, a list of records."""
-        ends = (*self.joints[1:], self.force.size)
-        if len(ends) == 1:
+        if len(self.joints) == 1:
             return [self]
-        parts = [slice(*part) for part in zip(self.joints, ends, strict=True)]
         return [
-            self.replace(joints=(0,), **{name: values[part] for name, values in self.channels.items()})
-            for part in parts
-        ]  # fmt: skip
+            self.replace(joints=(0,), **{name: values[test] for name, values in self.channels.items()})
+            for test in slices(self.joints, self.force.size)
+        ]
 
     def replace(self, **changes):
         """A copy with some fields changed, checked again."""

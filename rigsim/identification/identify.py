@@ -21,7 +21,6 @@ from .order import model_order
 from .receptance import fit_rational_fraction, frequencies
 from .refine import response_deviations
 from .result import Identification
-from .simulate import displaced
 from .troubles import Trouble
 from .trust import trusted
 from .verdict import judged, rig_of
@@ -171,7 +170,9 @@ class _Read:
     fraction: object
     values: np.ndarray
     misfit: float
-    deviation: np.ndarray
+    measured: object
+    inputs: np.ndarray
+    noise: np.ndarray
     trust: object
 
     def told(self, record, channels, mended, noise):
@@ -198,9 +199,17 @@ class _Read:
 
     def _nonlinear_half_width(self):
         """Of k3(omega): what noise does to it, and how far its mean is from the likeliest rig's, which is no noise."""
-        fit = None if self.trust is None else self.trust.fit
+        if self.conversion != "force":
+            return np.full(self.frequency.size, np.nan)
+        record, band = self.measured, (self.frequency[0], self.frequency[-1])
+        lines = self.inputs, outputs_of(record), self.noise, band, record.joints
+        spread = response_deviations(self.model, *lines, self.frequency)
+        # For an error's sake what noise does to the response as it is sampled will do for the one behind the hold.
+        response = nsi.extended_receptance(self.model, self.frequency, record.hold)
+        deviation = nsi.coefficient_deviation(response, spread, self.frequency, powers_of(record), record.base)
+        fit = self.trust.fit
         apart = 0.0 if fit is None else abs(self.values[-1] - fit.values[fit.structure.names.index("k3")])
-        return 1.96 * self.deviation + apart
+        return 1.96 * deviation + apart
 
 
 def _read(record, report, order, block_rows, band, conversion, terms, guess=None, taken=()):
@@ -222,8 +231,7 @@ def _read(record, report, order, block_rows, band, conversion, terms, guess=None
 
 def _with_simulated_motion(found, report, reading):
     """The same with the z of the likeliest rig, and outputs as they were measured."""
-    best = found.trust.fit
-    relative = found.layout.across(displaced(best.structure, best.values, best.run, best.starts, best.reach)[0])
+    relative = found.layout.across(found.trust.fit.displaced()[0])
     asked = (reading[name] for name in ("order", "block_rows", "band", "conversion"))
     return replace(found, **_by_subspace(found.trust.record, report, *asked, relative))
 
@@ -234,25 +242,20 @@ def _by_subspace(record, report, order, block_rows, band, conversion, relative=N
     singular_values, inputs, model, noise, unexplained = extended_model(
         record, order, block_rows, band, report, relative
     )
-    sampled = nsi.extended_receptance(model, frequency, record.hold, conversion)
-    extended = nsi.of_displacements(sampled, frequency, powers, record.base)
+    extended = nsi.extended_receptance(model, frequency, record.hold, conversion)
+    extended = nsi.of_displacements(extended, frequency, powers, record.base)
     if conversion == "force":
         # A unit of misfit of a displacement's receptance is one of its output's times powers of omega.
         weight = _weights(inputs, noise, record.sample_rate, frequency)
         weight = weight * (2 * np.pi * frequency[:, None, None]) ** np.array(powers)[:, None]
         fraction, values, misfit = _fit(layout, frequency, extended, weight)
-        lines = inputs, outputs_of(record), noise, band, record.joints
-        spread = response_deviations(model, *lines, frequency)
-        # For an error's sake the sampled response will do as the one behind the hold.
-        deviation = nsi.coefficient_deviation(sampled, spread, frequency, powers, record.base)
     else:
         fraction, values, misfit = _paper_s_fit(layout, frequency, extended)
-        deviation = np.full(frequency.size, np.nan)
     return {
         "relative": layout.across(outputs_of(record)) if relative is None else relative,
         "singular_values": singular_values, "model": model, "unexplained": unexplained, "frequency": frequency,
         "extended": extended, "fraction": fraction, "values": values, "misfit": misfit,
-        "deviation": deviation,
+        "measured": record, "inputs": inputs, "noise": noise,
     }  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from itertools import chain, product
 import numpy as np
 from scipy import signal
 
+from ..experiment.joints import slices
 from .layout import layout_of, outputs_of
 from .likelihood import FitError, fit
 from .lines import Lines
@@ -31,17 +32,17 @@ def likeliest(structure, record, starts, band, sensitive=False):
     """
     if sensitive:
         return _in_parts(structure, record, starts[0], band)
-    lines, best, error = Lines(record.sample_rate, record.force.size, band), None, None
+    best, error = None, None
     outputs, run, reach = given(structure, record, record.joints, band)
-    for values in _nearest_first(structure, starts, outputs, run, reach, lines)[:_TRIES]:
+    for values in _nearest_first(structure, starts, outputs, run, reach, band)[:_TRIES]:
         try:
             found = fit(structure, values, run, outputs, band, reach)
         except FitError as why:
             error = why
             continue
-        if best is None or share_left(found, lines).max() < share_left(best, lines).max():
+        if best is None or found.share_left.max() < best.share_left.max():
             best = found
-        if share_left(best, lines).max() < LOST:
+        if best.share_left.max() < LOST:
             break
     if best is None:
         raise error
@@ -62,30 +63,24 @@ def cubic_starts(record, guess, band):
     ]
 
 
-def share_left(fitted, lines):
-    """Rms of what a fit leaves of each output over the band, over that output, (q,)."""
-    left = np.mean(np.abs(fitted.left) ** 2, axis=(0, 1))
-    return np.sqrt(left / np.mean(np.abs(lines(fitted.outputs - fitted.outputs.mean(axis=0))) ** 2, axis=(0, 1)))
-
-
 def _in_parts(structure, record, values, band):
     """The fit to parts that are as long as can be."""
-    lines, found = Lines(record.sample_rate, record.force.size, band), None
+    found = None
     outputs, run, reach = given(structure, record, record.joints, band)
     own = dict(zip(structure.names, values, strict=True))
     slowest = np.sqrt(own["ks"] / own["ms"] if "ks" in own else own["k1"] / own["m"])
     for periods in _FORETOLD:
         short = max(_SHORTEST, int(periods * record.sample_rate * 2 * np.pi / slowest))
-        tests = zip(record.joints, (*record.joints[1:], len(outputs)), strict=True)
-        cuts = [range(first, max(first + 1, end - short // 2), short) for first, end in tests]
+        tests = slices(record.joints, len(outputs))
+        cuts = [range(test.start, max(test.start + 1, test.stop - short // 2), short) for test in tests]
         run = replace(run, begins=tuple(chain(*cuts)))
         try:
             pieces = fit(structure, values, run, outputs, band, reach, states_of(run, record, band))
         except FitError:
             continue
-        if found is None or (share_left(pieces, lines) < share_left(found, lines) / 3).any():
+        if found is None or (pieces.share_left < found.share_left / 3).any():
             found = pieces
-        if share_left(found, lines).max() < _ENOUGH:
+        if found.share_left.max() < _ENOUGH:
             break
     if found is None:
         raise FitError("its motion grows without end")
@@ -105,17 +100,17 @@ def simulated_motion(record, starts, band):
     layout = layout_of(record)
     structure = layout.structure(record)
     outputs, run, reach = given(structure, record, record.joints, band)
-    lines = Lines(record.sample_rate, record.force.size, band)
     starts = [layout.ordered(values, structure) for values in starts]
-    values = _nearest_first(structure, starts, outputs, run, reach, lines)[0]
+    values = _nearest_first(structure, starts, outputs, run, reach, band)[0]
     motion = layout.across(displaced(structure, values, run, _rest(run, structure), reach)[0])
     return motion if np.abs(motion).max() < _FLIES * reach[-1] else None
 
 
-def _nearest_first(structure, starts, outputs, run, reach, lines):
+def _nearest_first(structure, starts, outputs, run, reach, band):
     """Starts in the order of what their rigs leave of the outputs."""
     if len(starts) == 1:
         return starts
+    lines = Lines(run.sample_rate, len(outputs), band)
     size, costs = np.abs(lines(outputs)).std(axis=(0, 1)), []
     for values in starts:
         rest = outputs - simulate(structure, values, run, _rest(run, structure), reach)[0]

@@ -8,12 +8,13 @@ squares add to one: sums over blocks and lines are the sums over time, restricte
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from .lines import Freed, Gathered, Lines, inverse
-from .simulate import Run, Structure, marched, simulate
+from .simulate import Run, Structure, displaced, marched, simulate
 
 _STEPS = 20
 _SETTLED = 0.03  # standard errors
@@ -65,10 +66,20 @@ class Fit:
     settled: bool
     lines: Lines
 
-    @property
+    @cached_property
     def owners(self):
         """Which test each block belongs to."""
         return self.lines.owners(self.run.joints, self.left)
+
+    @cached_property
+    def share_left(self):
+        """Rms of what is left of each output over the band, over that output, (q,)."""
+        whole = self.lines(self.outputs - self.outputs.mean(axis=0))
+        return np.sqrt(np.mean(np.abs(self.left) ** 2, axis=(0, 1)) / np.mean(np.abs(whole) ** 2, axis=(0, 1)))
+
+    def displaced(self):
+        """Displacements and velocities of the masses, (n, d) each."""
+        return displaced(self.structure, self.values, self.run, self.starts, self.reach)
 
 
 class FitError(ValueError):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..experiment.joints import slices
 from . import nsi
 from .layout import displacing, layout_of, outputs_of, powers_of
 from .receptance import frequencies
@@ -88,8 +89,8 @@ def displacements(record, band):
 def scaled_gram(channels, joints, block_rows):
     """Extended Gram matrix of all tests, and the deviations that the channels were divided by."""
     scale = channels.std(axis=0)
-    scaled, ends = (channels - channels.mean(axis=0)) / scale, (*joints[1:], len(channels))
-    return sum(extended_gram(scaled[slice(*test)], 2 * block_rows) for test in zip(joints, ends, strict=True)), scale
+    scaled = (channels - channels.mean(axis=0)) / scale
+    return sum(extended_gram(scaled[test], 2 * block_rows) for test in slices(joints, len(channels))), scale
 
 
 def about_springs_zero(record, order, block_rows, band):

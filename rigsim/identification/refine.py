@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..experiment.joints import slices
 from .subspace import StateSpace, least_squares, stack
 
 STEPS = 4  # a subspace estimate is near enough for the second step to reach rounding on the paper's record
@@ -71,13 +72,13 @@ def refine_state_space(model, inputs, outputs, band, joints=(0,)):
 def _band_lines(inputs, outputs, sample_rate, band, joints):
     """Lines in the band of all tests: inputs (m, p), outputs (m, q), where on the unit circle, and z times whose."""
     U, Y, z, ends = [], [], [], []
-    for number, (first, last) in enumerate(zip(joints, (*joints[1:], len(inputs)), strict=True)):
-        n = last - first
+    for number, test in enumerate(slices(joints, len(inputs))):
+        n = test.stop - test.start
         lines = np.arange(n // 2 + 1)
         hertz = lines * sample_rate / n
         lines = lines[(hertz >= band[0]) & (hertz <= band[1])]
         for found, channels in ((U, inputs), (Y, outputs)):
-            found.append(np.column_stack([np.fft.rfft(channel[first:last])[lines] for channel in channels.T]))
+            found.append(np.column_stack([np.fft.rfft(channel[test])[lines] for channel in channels.T]))
         z.append(np.exp(2j * np.pi * lines / n))
         ends.append(z[-1][:, None] * (np.arange(len(joints)) == number))
     return tuple(np.concatenate(found) for found in (U, Y, z, ends))

@@ -16,6 +16,7 @@ from scipy.special import factorial
 
 from ..campaign.stop import sliced
 from ..compiled import compiled
+from ..experiment.joints import slices
 
 SENSED = ("displacement", "velocity", "acceleration")
 _MASSES = 2  # that are followed
@@ -86,11 +87,11 @@ class Run:
 
     def parts(self):
         """Slices of the samples of each part."""
-        return _slices(self.begins, self.force.size)
+        return slices(self.begins, self.force.size)
 
     def pieces(self):
         """The force over each sample interval, a polynomial of the time in it (s): coefficients, lowest first."""
-        return np.concatenate([self._pieces(self.force[test]) for test in _slices(self.joints, self.force.size)])
+        return np.concatenate([self._pieces(self.force[test]) for test in slices(self.joints, self.force.size)])
 
     def _pieces(self, force):
         if self.hold == "zero":
@@ -111,10 +112,6 @@ class Run:
         found[:_FORGOTTEN] = self._pieces(force[:ends])[:_FORGOTTEN]
         found[-_FORGOTTEN:] = self._pieces(force[-ends:])[-_FORGOTTEN:]
         return found
-
-
-def _slices(begins, size):
-    return [slice(*ends) for ends in zip(begins, (*begins[1:], size), strict=True)]
 
 
 def simulate(structure, values, run, starts, reach, wanted=(), extra=None, finer=1, states=True):

@@ -13,7 +13,7 @@ import numpy as np
 from .layout import displacing
 from .likelihood import moved_beside, noise_weights
 from .lines import inverse
-from .simulate import displaced, simulate
+from .simulate import simulate
 from .terms import Friction, Power, Term
 
 _SURE = 7.0  # standard errors
@@ -73,7 +73,7 @@ class Candidate:
     lines: np.ndarray | None = None
 
 
-def suspected(fit, lines, candidates, most=3):
+def suspected(fit, candidates, most=3):
     """Of the candidates, at most so many that explain what a fit leaves: the best, then the best beside it."""
     flat = lambda array: np.ascontiguousarray(array).view(float).reshape(-1)  # noqa: E731  real and imaginary parts
     own, left, found = [flat(column) for column in np.moveaxis(fit.own, -1, 0)], fit.left, []
@@ -81,7 +81,7 @@ def suspected(fit, lines, candidates, most=3):
     transformed = [
         (
             replace(one, column=None, lines=None),
-            flat(fit.freed.lines(lines, one.column) if one.lines is None else one.lines),
+            flat(fit.freed.lines(fit.lines, one.column) if one.lines is None else one.lines),
         )
         for one in candidates
     ]
@@ -268,5 +268,5 @@ def _kind(term):
 def _moved(fit, record):
     """Displacements and velocities of the masses, (n, d) each."""
     if not displacing(record):
-        return displaced(fit.structure, fit.values, fit.run, fit.starts, fit.reach)
+        return fit.displaced()
     return fit.modelled - fit.modelled.mean(axis=0), np.gradient(fit.modelled, 1 / record.sample_rate, axis=0)

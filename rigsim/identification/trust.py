@@ -11,9 +11,8 @@ from scipy.optimize import nnls
 
 from .channels import breaks, spikes
 from .layout import layout_of, outputs_of
-from .likeliest import LOST, given, likeliest, share_left, states_of
+from .likeliest import LOST, given, likeliest, states_of
 from .likelihood import FitError, fit
-from .lines import Lines
 from .troubles import TIMING, Trouble, candidates, suspected, timing
 from .uncertainty import uncertainty
 
@@ -34,7 +33,6 @@ class Trust:
     Attributes
     ----------
     fit : likelihood.Fit
-    lines : likelihood.Lines
     uncertainty : uncertainty.Uncertainty
     mended, troubles : list of Trouble
         What was wrong and is mended, and what is still wrong.
@@ -47,7 +45,6 @@ class Trust:
     """
 
     fit: object
-    lines: Lines
     uncertainty: object
     mended: list
     troubles: list
@@ -65,20 +62,18 @@ def trusted(record, starts, band, terms=(), sensitive=False, taken=()):
     """
     layout = layout_of(record)
     structure = layout.structure(record, terms)
-    lines = Lines(record.sample_rate, record.force.size, band)
     starts = [layout.ordered(values, structure) for values in starts]
     try:
         best = likeliest(structure, record, starts, band, sensitive)
-        left = share_left(best, lines)
+        left = best.share_left
         if not left.max() < (_IN_PARTS if sensitive else LOST):
             raise FitError(f"the likeliest one leaves {100 * left.max():.2g} % of an output")
     except FitError as error:
         trouble = Trouble("fit", f"no rig of this kind repeats the record: {error}")
-        return Trust(None, lines, None, [], [trouble], record, 0.0, np.full(len(structure.masses), np.inf))
+        return Trust(None, None, [], [trouble], record, 0.0, np.full(len(structure.masses), np.inf))
     mended, begins = [], best.run.begins
     while True:
-        lines = Lines(record.sample_rate, record.force.size, band)
-        found = suspected(best, lines, candidates(best, record))
+        found = suspected(best, candidates(best, record))
         change = None if len(mended) == _ROUNDS else _change(best, record, begins, found, mended, sensitive)
         if change is None:
             break
@@ -91,13 +86,12 @@ def trusted(record, starts, band, terms=(), sensitive=False, taken=()):
             )
         except FitError:
             break
-        if not share_left(again, Lines(cured.sample_rate, cured.force.size, band)).max() < 1:
+        if not again.share_left.max() < 1:
             break
         best, record, begins = again, cured, anew
         mended.append(trouble)
-    sure = uncertainty(best, lines, _estimated(best, record, [*taken, *mended]))
-    share = _force_share(best, lines, record)
-    return Trust(best, lines, sure, mended, found, record, share, share_left(best, lines))
+    sure = uncertainty(best, _estimated(best, record, [*taken, *mended]))
+    return Trust(best, sure, mended, found, record, _force_share(best, record), best.share_left)
 
 
 def _change(best, record, begins, found, mended, sensitive):
@@ -165,8 +159,9 @@ def _named(troubles, name):
     return any(trouble.name == name for trouble in troubles)
 
 
-def _force_share(fitted, lines, record):
+def _force_share(fitted, record):
     """Share of noise on the force that explains what is left of the outputs, beside white noise of the sensors."""
+    lines = fitted.lines
     force = lines(record.force - record.force.mean())
     modelled = lines(fitted.modelled - fitted.modelled.mean(axis=0))
     power = np.mean(np.abs(force) ** 2, axis=0)

@@ -37,12 +37,12 @@ class Uncertainty:
     disagreement: np.ndarray
 
 
-def uncertainty(fit, lines, beside=()):
+def uncertainty(fit, beside=()):
     """`Uncertainty` of a fit, from the lines of its columns and of what it leaves.
 
     ``beside`` are columns (n, q) of what else was estimated, as the delay that was taken from a record.
     """
-    own = np.concatenate([fit.own, *(fit.freed.lines(lines, column)[..., None] for column in beside)], axis=-1)
+    own = np.concatenate([fit.own, *(fit.freed.lines(fit.lines, column)[..., None] for column in beside)], axis=-1)
     weights, count = noise_weights(fit.left, fit.owners), fit.values.size
     weighted = weights[..., None] * own
     inverted = inverse(normal_equations(own, fit.left, weights)[0])

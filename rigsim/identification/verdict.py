@@ -7,7 +7,6 @@ from .alignment import BASE
 from .layout import layout_of
 from .leftovers import leftovers
 from .result import ParameterErrors
-from .simulate import displaced
 from .troubles import told_once
 
 FOLDED = 0.02
@@ -178,7 +177,7 @@ def _doubts(layout, errors, trust, record, band):
 def _scales(layout, errors, fit):
     """What an error of each parameter is measured by: its value, or what would be felt beside the others."""
     value = dict(zip(errors.names, np.abs(errors.value), strict=True))
-    motion, _ = displaced(fit.structure, fit.values, fit.run, fit.starts, fit.reach)
+    motion, _ = fit.displaced()
     m, k1, k3, square = value["m"], value["k1"], value["k3"], layout.across(motion).var()
     least = {"c": 0.01 * np.sqrt((k1 + 3 * k3 * square) * m), "k1": 0.3 * k3 * square, "k3": 1e-7 * k1 / square}
     if "ms" in value:
