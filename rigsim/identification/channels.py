@@ -27,6 +27,8 @@ def _absurd(record, band):
     """Motions that no rig survives: those in a wrong unit."""
     found = []
     for (name, kind), power in zip(record.kinds.items(), powers_of(record), strict=True):
+        if getattr(record, name).std() * (2 * np.pi * band[1]) ** (2 - power) < _SURVIVED * standard_gravity:
+            continue  # even if all of it were at the band's end
         frequency, density = signal.periodogram(getattr(record, name), record.sample_rate, window="hann")
         inside = (frequency >= band[0]) & (frequency <= band[1])
         squares = density[inside] * (2 * np.pi * frequency[inside]) ** (4 - 2 * power)

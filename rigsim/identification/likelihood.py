@@ -79,6 +79,8 @@ class Fit:
 
     def displaced(self):
         """Displacements and velocities of the masses, (n, d) each."""
+        if all(what == "displacement" for _, what in self.structure.sensors):
+            return self.modelled, np.gradient(self.modelled, 1 / self.run.sample_rate, axis=0)
         return displaced(self.structure, self.values, self.run, self.starts, self.reach)
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .layout import displacing
 from .likelihood import moved_beside, noise_weights
 from .lines import inverse
 from .simulate import simulate
@@ -236,7 +235,8 @@ def _library(motion, velocity):
 
 def _driven(fit, record):
     """Terms that the rig was not fitted with, an AC-coupled force, a force sensor that is not linear, another hold."""
-    motion, velocity = _moved(fit, record)
+    motion, velocity = fit.displaced()
+    motion = motion - motion.mean(axis=0)
     structure, kinds, name = fit.structure, {_kind(term) for term in fit.structure.terms}, _input(record)
     more = [row for row in _library(motion, velocity) if _kind(row[0]) not in kinds]
     wide = replace(structure, terms=(*structure.terms, *(term for term, _, _ in more)))
@@ -263,10 +263,3 @@ def _kind(term):
     """What tells one term from another: its place, its motion, and its law at two places."""
     law = None if term.law is None else tuple(np.round(term.law(np.array([0.5, -1.0])), 12))
     return term.between, term.of, law
-
-
-def _moved(fit, record):
-    """Displacements and velocities of the masses, (n, d) each."""
-    if not displacing(record):
-        return fit.displaced()
-    return fit.modelled - fit.modelled.mean(axis=0), np.gradient(fit.modelled, 1 / record.sample_rate, axis=0)
