@@ -102,7 +102,7 @@ def simulated_motion(record, starts, band):
     outputs, run, reach = given(structure, record, record.joints, band)
     starts = [layout.ordered(values, structure) for values in starts]
     values = _nearest_first(structure, starts, outputs, run, reach, band)[0]
-    motion = layout.across(displaced(structure, values, run, _rest(run, structure), reach)[0])
+    motion = layout.across(displaced(structure, values, run, None, reach)[0])
     return motion if np.abs(motion).max() < _FLIES * reach[-1] else None
 
 
@@ -113,14 +113,10 @@ def _nearest_first(structure, starts, outputs, run, reach, band):
     lines = Lines(run.sample_rate, len(outputs), band)
     size, costs = np.abs(lines(outputs)).std(axis=(0, 1)), []
     for values in starts:
-        rest = outputs - simulate(structure, values, run, _rest(run, structure), reach)[0]
+        rest = outputs - simulate(structure, values, run, None, reach)[0]
         flies = not np.abs(rest).max() < _FLIES * np.abs(outputs).max()
         costs.append(np.inf if flies else np.sum(np.abs(lines(rest - rest.mean(axis=0)) / size) ** 2))
     return [starts[place] for place in np.argsort(costs)]
-
-
-def _rest(run, structure):
-    return np.zeros((len(run.begins), 2 * len(structure.masses)))
 
 
 def given(structure, record, begins, band):

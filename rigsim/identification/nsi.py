@@ -93,7 +93,7 @@ def _from_base(extended):
 
 
 def across(column):
-    """What the spring is stretched by, (n, ...), of a column of H_E (n, q, ...): H11 - H21, or H11 alone."""
+    """What the spring is stretched by, (n, ...), of columns (n, q, ...): H11 - H21, or H11 alone."""
     return column[:, 0] - column[:, 1] if column.shape[1] == 2 else column[:, 0]
 
 
@@ -126,5 +126,4 @@ def underlying_receptance(extended):
 
 def extended_from(receptance, k3):
     """H_E, shape (n, q, 2), of a receptance (n, q, q) in m/N and one coefficient (N/m^3)."""
-    springs = receptance[..., 0] - receptance[..., 1] if receptance.shape[1] == 2 else receptance[..., 0]
-    return np.stack([receptance[..., 0], k3 * springs], axis=-1)
+    return np.stack([receptance[..., 0], k3 * across(receptance)], axis=-1)

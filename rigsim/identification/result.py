@@ -180,8 +180,7 @@ class Identification(Result):
         structure = layout_of(record).structure(record, self.terms)
         values = np.array([self.errors.value[self.errors.names.index(name)] for name in structure.names])
         _, run, reach = given(structure, record, record.joints, self.frequency[[0, -1]])
-        rest = np.zeros((len(run.begins), 2 * len(structure.masses)))
-        return simulate(structure, values, run, rest, reach, finer=_FINER)[0]
+        return simulate(structure, values, run, None, reach, finer=_FINER)[0]
 
     def model_order(self):
         """`ModelOrder` of the record, once mended, over the band and with the block rows of the identification."""

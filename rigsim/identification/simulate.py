@@ -124,8 +124,8 @@ def simulate(structure, values, run, starts, reach, wanted=(), extra=None, finer
         Masses and coefficients, in the order of its names.
     run : Run
         The force.
-    starts : ndarray, shape (parts, 2 d)
-        Displacements and velocities where each part begins.
+    starts : ndarray, shape (parts, 2 d), or None
+        Displacements and velocities where each part begins; None is at rest.
     reach : ndarray, shape (terms,)
         Largest relative displacement or velocity that each term was seen at: its law is followed for three times that,
         and runs on straight.
@@ -161,6 +161,7 @@ def marched(structure, values, run, starts, reach, wanted=(), extra=None, finer=
     No slice belongs to two parts of the run. Columns by the start of a part come last, until they have died away.
     """
     d, coefficients = len(structure.masses), values[len(structure.masses) :]
+    starts = np.zeros((len(run.begins), 2 * d)) if starts is None else starts
     own = np.r_[:d, _MASSES : _MASSES + d]  # displacements and velocities of all masses
     extra = np.zeros((run.force.size, 0)) if extra is None else extra
     lasting = [*wanted, *[_FORCE] * extra.shape[1]]
