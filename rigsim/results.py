@@ -20,6 +20,11 @@ class Status(enum.Enum):
     NOT_PERIODIC = "The motion lasts but does not repeat within a few periods of the force."
     FLEW_APART = "The mass went past its wires' reach; expect a weaker force or stiffer wires."
     ELSEWHERE = "The motion settled, but near no solution of the theory."
+    # tests under feedback
+    HELD = "Feedback holds the motion and adds less than 1 % of the force off its own line: it is one of the open rig."
+    INVASIVE = "Feedback holds a motion, but one that it takes part in: the target's harmonics did not converge."
+    LOST = "The loop did not hold the motion that it was designed for."
+    UNTRIED = "This motion was not tried; the message says why."
     # curves of periodic orbits
     CLOSED = "The curve closes on itself inside the band."
     LEAVES_THE_BAND = "The curve was followed to the ends of the band."
