@@ -49,6 +49,8 @@ _HOME = {
     "random_test": "experiment.random_test",
     "sine_test": "experiment.sine_test",
     "SineTest": "experiment.sine_test",
+    "feedback_test": "experiment.feedback.feedback_test",
+    "phase_locked_test": "experiment.feedback.locked",
     "identify": "identification.identify",
     "Identification": "identification.result",
     "virtual_experiment": "paper.virtual_experiment",

@@ -50,16 +50,31 @@ def stepped(model, frequency, lines, feedback, amplitude):
 
 
 def largest_amplitude(model, frequency, force):
-    """Largest amplitude of z (m) that one harmonic of the model gives to a force (N) at a frequency (Hz).
+    """Largest amplitude of z (m) that one harmonic of the model gives to a force (N) at a frequency (Hz)."""
+    alpha, beta = single_term(model, frequency)
+    squared = np.roots([abs(beta) ** 2, 2 * (alpha * np.conj(beta)).real, abs(alpha) ** 2, -(force**2)])
+    return float(np.sqrt(squared.real[abs(squared.imag) < 1e-6 * abs(squared)].max()))
 
-    The mass's equation gives X, and the force is then a polynomial: F = a (alpha + beta a^2).
+
+def single_term(model, frequency):
+    """Complex alpha (N/m) and beta (N/m^3) of the force F = a (alpha + beta a^2) that z = a cos takes, one harmonic.
+
+    The mass's equation gives X, the frame's then the force.
     """
     s = 2j * np.pi * frequency
     frame, inertia = model.ms * s**2 + model.cs * s + model.ks, model.m * s**2
-    alpha = frame * (1 + (s * model.c + model.k1) / inertia) + s * model.c + model.k1
-    beta = 0.75 * model.k3 * (frame / inertia + 1)
-    squared = np.roots([abs(beta) ** 2, 2 * (alpha * np.conj(beta)).real, abs(alpha) ** 2, -(force**2)])
-    return float(np.sqrt(squared.real[abs(squared.imag) < 1e-6 * abs(squared)].max()))
+    linear, cubic = s * model.c + model.k1, 0.75 * model.k3
+    return frame * (1 + linear / inertia) + linear, cubic * (frame / inertia + 1)
+
+
+def phase_slope(model, frequency, amplitude):
+    """How the phase of z against the force changes with frequency at an amplitude of z that stays (rad/Hz)."""
+    step = 1e-4 * frequency
+    beside = [
+        np.angle(alpha + beta * amplitude**2)
+        for alpha, beta in (single_term(model, frequency + d) for d in (-step, step))
+    ]
+    return -float((beside[1] - beside[0] + np.pi) % (2 * np.pi) - np.pi) / (2 * step)
 
 
 def misfit(model, frequency, lines):
@@ -67,12 +82,37 @@ def misfit(model, frequency, lines):
 
     No feedback acts on the mass, so this is the model's own error.
     """
-    s = 2j * np.pi * frequency
+    terms, inertia = _mass_equation(model, frequency, lines)
+    return float(abs(inertia[0] - terms[0] @ [model.c, model.k1, model.k3]) / abs(inertia[0]))
+
+
+def refitted(model, frequency, motions):
+    """The model with c, k1 and k3 as motions (lines (H + 1, 2) each) at a frequency tell them by least squares.
+
+    From the mass's equation, on which no force acts from outside, at the multiples 1 to 5; m is the model's. What is
+    less than zero becomes zero.
+    """
+    terms, inertia = (
+        np.concatenate(parts) for parts in zip(*(_mass_equation(model, frequency, one) for one in motions), strict=True)
+    )
+    terms, inertia = (np.concatenate([part.real, part.imag]) for part in (terms, inertia))
+    scale = np.linalg.norm(terms, axis=0)
+    c, k1, k3 = np.maximum(np.linalg.lstsq(terms / scale, inertia, rcond=None)[0] / scale, 0.0)
+    return model.replace(c=float(c), k1=float(k1), k3=float(k3))
+
+
+def _mass_equation(model, frequency, lines):
+    """Of m x'' = c z' + k1 z + k3 z^3 the lines 1 to 5 of z', z and z^3 (5, 3), and of the left side, each over n^2.
+
+    So divided, a sensor's noise is alike in all of them.
+    """
+    n = np.arange(1, 6)
+    s = 2j * np.pi * frequency * n
     relative = lines[:, 0] - lines[:, 1]
-    z = _sampled(relative, 8 * len(relative))
-    cubic = 2 * np.mean(z**3 * np.exp(-2j * np.pi * np.arange(len(z)) / len(z)))
-    inertia = model.m * s**2 * lines[1, 1]
-    return float(abs(inertia - (s * model.c + model.k1) * relative[1] - model.k3 * cubic) / abs(inertia))
+    cubed = _sampled(relative, 8 * len(relative)) ** 3
+    cubic = 2 * np.fft.fft(cubed)[n] / len(cubed)
+    terms = np.column_stack([s * relative[n], relative[n], cubic])
+    return terms / n[:, None] ** 2, model.m * s**2 * lines[n, 1] / n**2
 
 
 def _slope(model, relative, highest):

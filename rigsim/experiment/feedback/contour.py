@@ -23,7 +23,7 @@ class MeasuredMotion:
     shaker, mass, relative : complex
         First lines of xs, x and z (m), phase against the force.
     multiplier : float
-        Largest modulus of the multipliers of the design's model about it.
+        Largest modulus of the multipliers about it, estimated as `HeldMotion.multipliers` are.
     stable : bool
         Whether that is below 1.
     motion : {"low", "middle", "high", "only"}
@@ -126,11 +126,12 @@ def contour(model, curves, force):
         passed = CubicSpline(amplitude, squared - force**2).roots(extrapolate=False)
         lines = CubicSpline(amplitude, [np.column_stack([one.shaker, one.mass]) for one in held])
         phase = CubicSpline(amplitude, [one.force[1] for one in held])
+        fitted = model.replace(**dict(zip(("c", "k1", "k3"), held[0].suspension.tolist(), strict=True)))
         names = {3: ("low", "middle", "high")}.get(len(passed), ("only",) * len(passed))
         for root, name in zip(passed, names, strict=True):
             if not _apart(amplitude, root, gaps):
                 xs, x = lines(root).T
-                largest = float(abs(multipliers(transitions(model, xs - x, frequency, _FLOQUET)[0])).max())
+                largest = float(abs(multipliers(transitions(fitted, xs - x, frequency, _FLOQUET)[0])).max())
                 turn = np.conj(phase(root)) / abs(phase(root))
                 first = complex(xs[1] * turn), complex(x[1] * turn), complex((xs[1] - x[1]) * turn)
                 motions.append(MeasuredMotion(frequency, *first, largest, largest < 1, name))

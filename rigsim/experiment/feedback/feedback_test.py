@@ -139,8 +139,8 @@ def _run_chunk(chunk):
     found = run_sweeps(rigs, sweeps, chunk["frequency"], lengths, noise, random=random, **chunk["bench"])
     window = int(np.ceil(lengths[-1] * rate))
     points = [{"frequency": f} | point for (f, _), points in zip(pairs, found, strict=True) for point in points]
-    names = ("frequency", "amplitude", "lines", "invasive", "drift", "gains", "loop", "multipliers", "misfit",
-             "segments", "status", "message", "begin")  # fmt: skip
+    names = ("frequency", "amplitude", "lines", "invasive", "drift", "gains", "loop", "multipliers", "suspension",
+             "misfit", "segments", "status", "message", "begin")  # fmt: skip
     nothing = np.full((3, window), np.nan)
     traces = [point.get("trace", nothing) for point in points]
     return {name: np.array([point[name] for point in points]) for name in names} | {"trace": np.array(traces)}

@@ -34,10 +34,13 @@ class HeldMotion(Result):
     loop : float
         Largest multiplier of the loop as designed, for the target's amplitude and a tenth more or less.
     multipliers : ndarray, complex, shape (4,)
-        Floquet multipliers of the *design's model* without feedback, linearised about the motion as it was read,
-        largest first: what is known of the open rig's stability.
+        Floquet multipliers of the rig without feedback, largest first, estimated: of the design's model with the
+        `suspension`, linearised about the motion as it was read. NaN for what was not held.
+    suspension : ndarray, shape (3,)
+        c, k1 and k3 (N s/m, N/m, N/m^3) as the motions held at this frequency tell them, by least squares on the
+        mass's equation; the design's, where fewer than four were held.
     misfit : float
-        What the model's suspension leaves of the mass's inertia force at the frequency, over that force.
+        What the design's own suspension leaves of the mass's inertia force at the frequency, over that force.
     segments : int
         Targets it took.
     status : Status
@@ -63,6 +66,7 @@ class HeldMotion(Result):
     gains: np.ndarray
     loop: float
     multipliers: np.ndarray
+    suspension: np.ndarray
     misfit: float
     segments: int
     status: Status

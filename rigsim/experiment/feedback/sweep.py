@@ -11,7 +11,7 @@ import numpy as np
 from ...campaign.stop import look
 from ...results import Status
 from ..lines import fit_sines
-from .balance import misfit, stepped
+from .balance import misfit, refitted, stepped
 from .gains import designed, multipliers, transitions
 from .loop import Loop
 
@@ -23,6 +23,7 @@ _NEAR, _CLOSER = 0.02, 3  # of the amplitude that is asked for, how near is near
 _DRIFT, _LOST = 2e-3, 0.2  # change of z between the window's halves: of a held motion at most, of a lost one at least
 _RAMP = 0.2  # s in which a target and its gains are changed to the next
 _FLOQUET = 128  # steps a period for the multipliers of the open rig
+_FEWEST = 4  # motions that a suspension is fitted to
 _BLOCK = 500  # samples between two looks at the keyboard
 
 
@@ -55,12 +56,11 @@ def amplitude_sweep(model, frequency, amplitudes, design):
                 break
             at = _known(read)
             lines, added = stepped(model, frequency, *at[:2], amplitude)
-        points.append(point | read | {"segments": attempt} | _stability(model, frequency, read, verdict[0]))
-        points[-1] |= {"status": verdict[0].name, "message": verdict[1]}
+        points.append(point | read | {"segments": attempt, "status": verdict[0].name, "message": verdict[1]})
         at = _known(read)
         if verdict[0] in (Status.LOST, Status.FLEW_APART):
             lost = f"the loop had lost the motion of {1e3 * amplitude:.3g} mm"
-    return points
+    return _with_stability(model, frequency, points)
 
 
 def _known(read):
@@ -82,20 +82,26 @@ def _verdict(read):
     return Status.STILL_DRIFTING, told
 
 
-def _stability(model, frequency, read, status):
-    """Multipliers of the model about the motion as it was read, and how well the model knows it."""
-    if status in (Status.LOST, Status.FLEW_APART):
-        return {"multipliers": np.full(4, np.nan + 0j), "misfit": np.nan}
-    lines = read["lines"][: CONTROLLED + 1, :2]
-    steps, _ = transitions(model, lines[:, 0] - lines[:, 1], frequency, _FLOQUET)
-    found = multipliers(steps).astype(complex)
-    return {"multipliers": found[np.argsort(-abs(found))], "misfit": misfit(model, frequency, lines)}
+def _with_stability(model, frequency, points):
+    """The points, with the multipliers of the open rig about each that was held.
+
+    They are those of the model with a suspension that is fitted to the motions held at this frequency.
+    """
+    lines = {i: point["lines"][:, :2] for i, point in enumerate(points) if point["status"] == Status.HELD.name}
+    fitted = refitted(model, frequency, list(lines.values())) if len(lines) >= _FEWEST else model
+    for i, point in enumerate(points):
+        point |= {"multipliers": np.full(4, np.nan + 0j), "misfit": np.nan}
+        point["suspension"] = np.array([fitted.c, fitted.k1, fitted.k3])
+        if i in lines:
+            steps, _ = transitions(fitted, lines[i][:, 0] - lines[i][:, 1], frequency, _FLOQUET)
+            found = multipliers(steps).astype(complex)
+            point["multipliers"], point["misfit"] = found[np.argsort(-abs(found))], misfit(model, frequency, lines[i])
+    return points
 
 
 def _nothing():
     """What a motion that was not tried has of a reading; no trace."""
-    read = {"lines": np.full((LINES + 1, 4), np.nan + 0j), "multipliers": np.full(4, np.nan + 0j)}
-    return read | dict.fromkeys(("invasive", "drift", "misfit", "begin"), np.nan)
+    return {"lines": np.full((LINES + 1, 4), np.nan + 0j)} | dict.fromkeys(("invasive", "drift", "begin"), np.nan)
 
 
 def reading(time, signals, frequency, rate, noise):
