@@ -23,7 +23,6 @@ _NEAR, _CLOSER = 0.02, 3  # of the amplitude that is asked for, how near is near
 _DRIFT, _LOST = 2e-3, 0.2  # change of z between the window's halves: of a held motion at most, of a lost one at least
 _RAMP = 0.2  # s in which a target and its gains are changed to the next
 _FLOQUET = 128  # steps a period for the multipliers of the open rig
-_FEWEST = 4  # motions that a suspension is fitted to
 _BLOCK = 500  # samples between two looks at the keyboard
 
 
@@ -88,7 +87,7 @@ def _with_stability(model, frequency, points):
     They are those of the model with a suspension that is fitted to the motions held at this frequency.
     """
     lines = {i: point["lines"][:, :2] for i, point in enumerate(points) if point["status"] == Status.HELD.name}
-    fitted = refitted(model, frequency, list(lines.values())) if len(lines) >= _FEWEST else model
+    fitted = refitted(model, frequency, list(lines.values())) if lines else model
     for i, point in enumerate(points):
         point |= {"multipliers": np.full(4, np.nan + 0j), "misfit": np.nan}
         point["suspension"] = np.array([fitted.c, fitted.k1, fitted.k3])
