@@ -25,6 +25,7 @@ from rigsim import (
     basins,
     existence_chart,
     explore,
+    feedback_test,
     force_scenario,
     frequency_response,
     harmonics_worth,
@@ -34,6 +35,7 @@ from rigsim import (
     margins,
     overlay,
     periodic_orbits,
+    phase_locked_test,
     response_sheet,
     sine_test,
     static_equilibrium,
@@ -111,10 +113,13 @@ def made():
     taps = tap_map(RIG, 3.18, 30.0, velocity=[-0.5, 0.0, 0.5], instants=4, starts=32)
     force = np.random.default_rng(1).standard_normal((3, 4000))
     record = Record(*force, 1000.0, tilt=np.zeros(4000))
+    under_feedback = feedback_test(RIG, 3.18, 30.0, points=4, average=0.5, settle=0.1)
     row = LedgerRow("Table 1", "ms", "0.154", "kg", 0.154, "yes", "")
     return {
         "response": frequency_response(RIG, 3.18, low), "attractors": found, "test": test, "taps": taps,
         "smallest": SmallestTap(found, 0, 1, 0.5, 0.1, 2e-3, True, 1.0), "record": record,
+        "feedback": under_feedback, "measured": under_feedback.at(2.0), "held": under_feedback[0],
+        "locked": phase_locked_test(RIG, 0.1, average=0.5, patience=0.5),
         "overlay": overlay(RIG, test), "ledger": Ledger((row,), None), "scenario": force_scenario(RIG),
         "orbits": periodic_orbits(RIG, 3.18, (20, 30), 1, search="seeds"), "margins": margins(RIG, 3.18, names=["m"]),
         "sheet": response_sheet(RIG, (20, 30), (3.0, 3.3), 1), "statics": static_equilibrium(RIG),
@@ -182,6 +187,13 @@ def functions(made):
     yield "random_test", rigsim.random_test, {"parameters": RIG}, {"duration": "within, 2.5", "sample_rate": "number"}
     yield "sine_test", sine_test, RIGHT, {
         "force": "array", "frequency": "within, 2.5", "duration": "within, 2.5"}  # fmt: skip
+    controller = {"design": "object?", "average": "within, 2.5"}
+    yield "feedback_test", feedback_test, RIGHT, controller | {
+        "frequency": "within", "amplitude": "within?", "points": "whole", "feedback": "word", "delay": "whole",
+        "noise": "in the cylinder", "noise_floor": "in the cylinder", "settle": "not negative"}  # fmt: skip
+    yield "phase_locked_test", phase_locked_test, {"parameters": RIG, "force": 1.0}, controller | {
+        "force": "array", "phase": "any array", "frequency": "within, 2.5?", "signal": "word",
+        "patience": "within, 2.5"}  # fmt: skip
     yield (
         "identify",
         identify,
@@ -244,6 +256,8 @@ def methods(made):
     moved = dict.fromkeys(("delay", "clock", "spikes"), "object?") | {"swap": "flag", "reverse": "objects"}
     yield "realigned", record.realigned, {}, moved
     yield "SineTest.record", made["test"].record, {"i": 0}, {"i": "motion"}
+    yield "FeedbackTest.held", made["feedback"].held, {"frequency": 30.0}, {"frequency": "within"}
+    yield "FeedbackTest.at", made["feedback"].at, {"force": 3.0}, {}
     yield "OrbitBranch.shoot", orbits[0].shoot, {"i": 0}, {"i": "motion"}
     verdict = {"frequencies": "within?"}
     yield "verdict", verdict_of, {"orbits": orbits}, verdict | {"orbits": "object"}
@@ -289,6 +303,11 @@ def pictures(made):
         ("sheet", "sheet", {"force": "number?"}),
         ("sheet", "amplitude", {"forces": "within?"}),
         ("converged", "scenario", {"force": "number?"}),
+        ("feedback", "s-curves", {"force": "number?"}),
+        ("feedback", "sheet", {"forces": "array?", "beside": "object?"}),
+        ("measured", "response", {"beside": "object?"}),
+        ("held", "record", {"periods": "whole, many"}),
+        ("locked", "backbone", {"beside": "object?"}),
         ("margins", None, {}),
         ("study", None, {}),
         ("attractors", None, {}),

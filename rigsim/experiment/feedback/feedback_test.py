@@ -20,7 +20,7 @@ from .gains import FEEDBACKS
 from .result import FeedbackTest, HeldMotion
 from .sweep import LINES, amplitude_sweep, run_sweeps, segment
 
-_CHUNK = 12  # frequencies side by side: the problem's own grain, so that results do not depend on the executor
+_CHUNK = 16  # frequencies side by side: the problem's own grain, so that results do not depend on the executor
 _ROOM = 1.02  # over the amplitude that one harmonic of the model expects at the force
 _LIMIT = 4.0  # times the force wanted: what the shaker can give
 _SAMPLE, _STEP, _READ = 1.2e-4, 4e-7, 0.15  # seconds a sample of a chunk, a step of a rig, and a motion's design
