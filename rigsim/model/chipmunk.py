@@ -148,7 +148,7 @@ class RigSpace:
         self._flown = _FLOWN_WIRE_LENGTHS * np.array([p.d for p in parameters])
         self._reach = np.array([largest_tilt(p) for p in parameters])
         self._parted = np.full(len(parameters), np.nan)
-        self._done = 0
+        self.done = 0  # steps
         self._space = pymunk.Space()
         at = {p: rest_position(p) if start == "rest" else static_equilibrium(p).coordinates for p in set(parameters)}
         bodies = []
@@ -180,6 +180,15 @@ class RigSpace:
         self._write.values[:] = 0.0
         _each_body(_EACH_BODY, self._address, self._write.handles)
 
+    @property
+    def handed(self):
+        """What `leapfrog` takes first, for compiled code that calls it; who does so counts its steps in ``done``."""
+        bodies = self._address, self._read.handles, self._read.values, self._write.handles, self._write.values
+        return (
+            _EACH_BODY, _STEP, *bodies,
+            self._rigs, self._wires, self._mass, self._flown, self._reach, self._parted,
+        )  # fmt: skip
+
     def advance(self, frame_force, tap_force, sample_every):
         """Take as many steps as there are kicks, and return the `Motion` at every ``sample_every``-th.
 
@@ -188,26 +197,24 @@ class RigSpace:
         """
         steps, n = tap_force.shape
         positions = np.empty((steps // sample_every, 4, n))
-        _advance(
-            _EACH_BODY, _STEP, self._address, self._read.handles, self._read.values,
-            self._write.handles, self._write.values,
-            self._rigs, self._wires, self._mass, self._flown, self._reach, self._parted,
-            np.ascontiguousarray(frame_force), np.ascontiguousarray(tap_force),
-            self.step, self._done, sample_every, positions,
+        leapfrog(
+            *self.handed, np.ascontiguousarray(frame_force), np.ascontiguousarray(tap_force),
+            self.step, self.done, sample_every, positions,
         )  # fmt: skip
-        self._done += steps
+        self.done += steps
         xs, X, _, tilt = np.moveaxis(positions, 1, 0)
         return Motion(xs, X - self._LG * np.cos(tilt), tilt, self._parted.copy())
 
 
 @compiled(nogil=True)
-def _advance(
+def leapfrog(
     each_body, space_step, space, read_handles, read, write_handles, write,
     rigs, wires, mass, flown, reach, parted, frame_force, tap_force, h, done, sample_every, positions,
 ):  # fmt: skip
-    """The leapfrog. Chipmunk's step drifts, then kicks, so the kick of time t is prepared before the step to t.
+    """Take the steps of `RigSpace.advance`.
 
-    The first kick, of half a step, comes from rest: that step drifts nowhere and ends at t = 0.
+    Chipmunk's step drifts, then kicks, so the kick of time t is prepared before the step to t. The first
+    kick, of half a step, comes from rest: that step drifts nowhere and ends at t = 0.
     """
     q, v, force = np.empty(4), np.empty(4), np.empty(4)
     damping = np.empty((4, 4))
