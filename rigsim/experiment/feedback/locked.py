@@ -33,6 +33,7 @@ _BLOCK = 100  # samples between two looks at the keyboard, and at the gain
 _LINES = 5  # multiples that the filter keeps, and that are read
 _FILTER = 3.0  # periods in which it follows the signal
 _RATE = 3.0  # 1/s, of the loop
+_SLOWEST = 2.0  # s, longest decay of the free mass that the loop counts on
 _RAMP = 0.5  # s in which force and phase go to the next
 _ERROR, _WANDER, _OFF = np.radians(1.0), 3e-4, np.radians(20.0)  # of a locked motion at most; a lost one has more
 _SLOPES = 0.05, 10.0  # rad/Hz, within which slopes of the phase are believed
@@ -195,6 +196,7 @@ class _Lock:
         self._space = RigSpace([rig], 1 / (rate * self._every), start)
         self.model, self.rate, self.signal = model, rate, signal
         self._offset, self._base, self._aim = rig.LG, frequency, None
+        self._decay = 2 * model.m / max(model.c, 2 * model.m / _SLOWEST)
         self._filter = np.zeros((2, _LINES + 1), dtype=complex)  # of the signal, and of z
         self._state = np.array([0.0, frequency, 0.0, 0.0])  # theta, f, the integral part, the force until now
         self.done = 0
@@ -217,7 +219,7 @@ class _Lock:
             gain = _RATE / np.clip(-slope, *_SLOPES)
             _run(
                 *self._space.handed, self._space.step, self._every, self._space.done, self._offset, path[part],
-                self.rate, self._base, gain, 2 * self.model.m / self.model.c, weights, self._filter, self._state,
+                self.rate, self._base, gain, self._decay, weights, self._filter, self._state,
                 told[part],
             )  # fmt: skip
             self._space.done += len(path[part]) * self._every
