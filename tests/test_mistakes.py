@@ -190,7 +190,8 @@ def functions(made):
     controller = {"design": "object?", "average": "within, 2.5"}
     yield "feedback_test", feedback_test, RIGHT, controller | {
         "frequency": "within", "amplitude": "within?", "points": "whole", "feedback": "word", "delay": "whole",
-        "noise": "in the cylinder", "noise_floor": "in the cylinder", "settle": "not negative"}  # fmt: skip
+        "noise": "in the cylinder", "noise_floor": "in the cylinder", "settle": "not negative",
+        "limit": "number?"}  # fmt: skip
     yield "phase_locked_test", phase_locked_test, {"parameters": RIG, "force": 1.0}, controller | {
         "force": "array", "phase": "any array", "frequency": "within, 2.5?", "signal": "word",
         "patience": "within, 2.5"}  # fmt: skip

@@ -293,6 +293,12 @@ def test_a_model_that_is_off_loses_a_motion_and_ends_the_sweep():
     assert "1 held" in test.summary() and "untried" in test.summary()
 
 
+def test_a_shaker_at_its_limit_is_told():
+    (motion,) = feedback_test(RIG, FORCE, 36.0, [0.8e-3], limit=4.0, average=0.5)  # of the 5.8 N that it takes
+    assert motion.status is not Status.HELD and "the force is at its limit in" in motion.message
+    assert np.abs(motion.to_record().force).max() == 4.0
+
+
 def test_stability_is_told_by_the_motions_and_not_by_the_design():
     """A design whose suspension is far off still holds the high motion at 36 Hz, and its multipliers are the rig's."""
     test = feedback_test(RIG, FORCE, 36.0, [1.2e-3, 1.62e-3], MODEL.replace(k3=0.8 * MODEL.k3, c=2 * MODEL.c))

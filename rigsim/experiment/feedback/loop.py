@@ -30,7 +30,7 @@ class Loop:
 
         ``gains`` (4, n) are P and D of xs and then of x; ``noise`` (2, n) is the standard deviation of what the sensors
         add. Returned are the readings (samples, 2, n), the force (samples, n) that acted from each sample to the next,
-        and the feedback's part of it.
+        and the feedback's part of it, as far as the limit let it act.
         """
         spread = [noise[:, i] * random.standard_normal((len(forward), 2)) for i, random in enumerate(self._random)]
         readings, force, feedback = np.stack(spread, axis=2), np.empty(forward.shape), np.empty(forward.shape)
@@ -66,9 +66,8 @@ def _run(
     for k in range(samples):
         slot = (done + k) % len(ahead)
         for i in range(n):
-            feedback[k, i] = ahead[slot, i]
-            now = min(max(forward[k, i] + feedback[k, i], -limit), limit)
-            force[k, i] = now
+            now = min(max(forward[k, i] + ahead[slot, i], -limit), limit)
+            force[k, i], feedback[k, i] = now, now - forward[k, i]
             kicks[0, i], kicks[1:, i] = 0.5 * (last[i] + now), now
             last[i] = now
         leapfrog(

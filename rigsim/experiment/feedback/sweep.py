@@ -72,6 +72,8 @@ def _verdict(read):
         f"feedback's largest line off the fundamental {read['invasive']:.2%} of F, "
         f"z drifts by {read['drift']:.2g} between half windows"
     )
+    if read["limited"] > 0:
+        told += f"; the force is at its limit in {read['limited']:.1%} of the samples"
     if np.isfinite(read["parted"]):
         return Status.FLEW_APART, f"past its wires' reach at t = {read['parted']:.4g} s"
     if not read["drift"] < _LOST:
@@ -180,7 +182,13 @@ def run_sweeps(rigs, sweeps, frequency, lengths, noise, **bench):
         for i in range(n):
             if points[i] is None:
                 read = reading(time, signals[:, i], frequency[i], rate, spread[:, i])
-                sent[i] = read | {"parted": loop.parted[i], "begin": time[0], "trace": signals[:, i, :3].T.copy()}
+                limited = float(np.mean(abs(signals[:, i, 2]) >= bench["limit"]))
+                sent[i] = read | {
+                    "limited": limited,
+                    "parted": loop.parted[i],
+                    "begin": time[0],
+                    "trace": signals[:, i, :3].T.copy(),
+                }
 
 
 def _spread(settings, noise):
