@@ -19,7 +19,7 @@ from .simulate import Run, Structure, displaced, marched, simulate
 _STEPS = 20
 _SETTLED = 0.03  # standard errors
 _OUTDATED = 1.5  # times the weights of what was taken for noise
-_EXACT = 1e-7  # of a parameter: no smaller step is asked for, whatever the noise
+_EXACT = 3e-5  # of a parameter: no smaller step is asked for, whatever the noise
 _ENDLESS = 1e100  # of anything
 _NOISY = 3e-3  # share of an output
 SMOOTH, _AVERAGED = 9, 120  # lines that a spectrum of noise is averaged over at least, and lines of blocks
