@@ -244,6 +244,7 @@ def methods(made):
     moved = dict.fromkeys(("delay", "clock", "spikes"), "object?") | {"swap": "flag", "reverse": "objects"}
     yield "realigned", record.realigned, {}, moved
     yield "SineTest.record", made["test"].record, {"i": 0}, {"i": "motion"}
+    yield "SineTest.out_of_plane", made["test"].out_of_plane, {}, {}
     yield "OrbitBranch.shoot", orbits[0].shoot, {"i": 0}, {"i": "motion"}
     verdict = {"frequencies": "within?"}
     yield "verdict", verdict_of, {"orbits": orbits}, verdict | {"orbits": "object"}
@@ -280,7 +281,8 @@ def pictures(made):
         ("orbits", "orbits", {"beside": "objects", "circles": "object?", "circles_label": "text"}),
         ("taps", "taps", {"smallest": "objects"}),
         ("integrity", "integrity", {"beside": "objects"}),
-        ("overlay", "branches", {"nominal": "object?", "band": "pair"}),
+        ("overlay", "branches", {"nominal": "object?", "band": "pair", "space": "objects"}),
+        ("test", "lines", {"space": "objects"}),
         ("record", "record", {"interval": "pair?"}),
         ("test", "spectrum", {"indices": "places", "beside": "objects", "highest": "not negative but zero"}),
         ("statics", "rig", {"beside": "objects", "exaggeration": "not negative but zero", "titles": "text?"}),

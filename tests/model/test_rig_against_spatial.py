@@ -1,4 +1,4 @@
-"""The multi-body rig against equations of motion written separately and integrated at eighth order."""
+"""The planar rig against the three-dimensional one, its equations written separately, integrated at eighth order."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from rigsim.model.excitation import Tap
 from rigsim.model.planar import linear_modes, static_equilibrium
 from rigsim.parameters import RigParameters
 from rigsim.results import Status
-from tests.model import referee
+from tests.model import refereed as referee
 
 FORCE = 3.18
 TWO_SETS = RigParameters()
