@@ -143,6 +143,7 @@ GROUPS = {"mu": "number"} | dict.fromkeys(("zeta_s", "zeta", "Omega0", "gamma"),
 RIG_KINDS = {name: kind for name, kind in NUMBERS.items() if name not in ("k1", "k3")} | LENGTHS | {
     "k": "stiffness", "wire_sets": "whole", "set_half_spacing": "in the cylinder?", "gravity": "not negative",
     "wire_damping": "not negative", "rocking_damping": "not negative", "tension_only": "flag",
+    "set_centre": "in the cylinder",
 }  # fmt: skip
 
 
