@@ -143,6 +143,7 @@ GROUPS = {"mu": "number"} | dict.fromkeys(("zeta_s", "zeta", "Omega0", "gamma"),
 RIG_KINDS = {name: kind for name, kind in NUMBERS.items() if name not in ("k1", "k3")} | LENGTHS | {
     "k": "stiffness", "wire_sets": "whole", "set_half_spacing": "in the cylinder?", "gravity": "not negative",
     "wire_damping": "not negative", "rocking_damping": "not negative", "tension_only": "flag",
+    "set_centre": "in the cylinder",
 }  # fmt: skip
 
 
@@ -244,6 +245,7 @@ def methods(made):
     moved = dict.fromkeys(("delay", "clock", "spikes"), "object?") | {"swap": "flag", "reverse": "objects"}
     yield "realigned", record.realigned, {}, moved
     yield "SineTest.record", made["test"].record, {"i": 0}, {"i": "motion"}
+    yield "SineTest.out_of_plane", made["test"].out_of_plane, {}, {}
     yield "OrbitBranch.shoot", orbits[0].shoot, {"i": 0}, {"i": "motion"}
     verdict = {"frequencies": "within?"}
     yield "verdict", verdict_of, {"orbits": orbits}, verdict | {"orbits": "object"}
@@ -280,7 +282,8 @@ def pictures(made):
         ("orbits", "orbits", {"beside": "objects", "circles": "object?", "circles_label": "text"}),
         ("taps", "taps", {"smallest": "objects"}),
         ("integrity", "integrity", {"beside": "objects"}),
-        ("overlay", "branches", {"nominal": "object?", "band": "pair"}),
+        ("overlay", "branches", {"nominal": "object?", "band": "pair", "space": "objects"}),
+        ("test", "lines", {"space": "objects"}),
         ("record", "record", {"interval": "pair?"}),
         ("test", "spectrum", {"indices": "places", "beside": "objects", "highest": "not negative but zero"}),
         ("statics", "rig", {"beside": "objects", "exaggeration": "not negative but zero", "titles": "text?"}),

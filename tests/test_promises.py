@@ -12,7 +12,7 @@ PROMISED = {
     "RigParameters": {
         "ms": 0.154, "ks": 18800.0, "cs": 9.86, "m": 0.0052, "c": 0.026, "k": 4e4, "d": 0.034, "d0": 0.033997,
         "Lm": 0.025, "Rm": 0.004, "LG": 0.003125, "wire_sets": 2, "set_half_spacing": None, "gravity": 9.81,
-        "wire_damping": 0.0, "rocking_damping": 0.0, "tension_only": False,
+        "wire_damping": 0.0, "rocking_damping": 0.0, "tension_only": False, "set_centre": 0.0,
     },
     "simulate": {"hold": "zero", "start": "rest", "step": 5e-5},
     "random_test": {

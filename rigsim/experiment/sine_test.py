@@ -13,6 +13,7 @@ from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import CosineForce, Tap, TapForce
 from ..parameters import rigs_of
 from ..results import Result, Status, frame
+from .out_of_plane import out_of_plane, planar_word
 from .record import Record
 from .steady import HARMONICS, read_window
 
@@ -90,11 +91,20 @@ class SineTest(Result):
         known = {"parameters": self.parameters[i], "step": self.step}
         return Record(force, shaker, mass, rate, "band-limited", tilt=tilt, **known)
 
+    def out_of_plane(self, *, progress=False, executor=None, checkpoint=None):
+        """`OutOfPlane`: which of these planar motions last in three dimensions, and where z is not what they say.
+
+        The keywords are those of `sine_test`.
+        """
+        progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
+        return out_of_plane(self, progress=progress, executor=executor, checkpoint=checkpoint)
+
     def summary(self):
         """One line: how many tests, how many of each status."""
         counts = {s: int((self.status == s).sum()) for s in Status}
         told = ", ".join(f"{count} {s}" for s, count in counts.items() if count)
-        return f"SineTest of {len(self.frequency)} rigs, {_range(self.frequency)} Hz, {_range(self.force)} N: {told}"
+        tests = f"SineTest of {len(self.frequency)} rigs, {_range(self.frequency)} Hz, {_range(self.force)} N"
+        return f"{tests}: {told}{planar_word(self.parameters)}"
 
     def table(self):
         """`pandas.DataFrame` with a row per test."""
