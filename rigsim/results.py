@@ -19,6 +19,7 @@ class Status(enum.Enum):
     STILL_DRIFTING = "The motion was still drifting when the test ended; shake for longer."
     NOT_PERIODIC = "The motion lasts but does not repeat within a few periods of the force."
     FLEW_APART = "The mass went past its wires' reach; expect a weaker force or stiffer wires."
+    PASSING = "The force was moving on: what was read is a mean over a window, of a motion on its way."
     ELSEWHERE = "The motion settled, but near no solution of the theory."
     # curves of periodic orbits
     CLOSED = "The curve closes on itself inside the band."
