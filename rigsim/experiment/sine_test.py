@@ -80,6 +80,11 @@ class SineTest(Result):
         """Of each test (s), in whole samples."""
         return float(self.time[-1])
 
+    @property
+    def bench_time(self):
+        """How long it takes one shaker to do all of it (s)."""
+        return self.duration * len(self.frequency)
+
     def record(self, i):
         """The window of test ``i`` as a `Record`; its time counts from ``time[0]``. `ValueError` if there is none."""
         i = checks.integer("i", i, low=0, high=len(self.frequency) - 1)

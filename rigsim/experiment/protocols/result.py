@@ -35,7 +35,7 @@ class BenchPoint:
     distortion : ndarray, shape (3,)
         Largest harmonic over the fundamental, of xs, x and z: 2-10 of a point, 2-5 of one that moves on.
     subharmonic : ndarray, shape (2,)
-        As `rigsim.experiment.sine_test.SineTest` has it.
+        As `rigsim.experiment.sine_test.SineTest` has it; of a reading in passing, of lines at f/3, f/2 and 2f/3.
     drift : float
         Change of z from the last half second but one to the last, over their mean.
     left : float

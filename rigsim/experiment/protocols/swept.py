@@ -16,9 +16,10 @@ from .sensors import Sensors
 
 SPACINGS = ("linear", "logarithmic")
 SLOWEST, FASTEST = 1e-4, 1e4  # Hz/s or N/s
-_HARMONICS = 5  # that a window is fitted with
+_BELOW = np.array([1 / 3, 1 / 2, 2 / 3])  # multiples of the force's frequency that a window is fitted with,
+_MULTIPLES = np.array([*_BELOW, 1, 2, 3, 4, 5])  # and all of them
 _WINDOWS = 3  # that a stretch lasts at least
-_TURNS = 4  # periods of the force in a window at least
+_TURNS = 6  # periods of the force in a window at least
 
 
 @dataclass(frozen=True)
@@ -73,23 +74,25 @@ class Sweep:
 
 def _read(drive, began, time, samples):
     """What a window shows: lines at multiples of the force's own frequency of the moment, by least squares."""
-    turned = 2 * np.pi * np.outer(drive.turned(time), np.arange(1, _HARMONICS + 1))
+    turned = 2 * np.pi * np.outer(drive.turned(time), _MULTIPLES)
     columns = np.column_stack([np.ones(time.size), np.cos(turned), np.sin(turned)])
     # Neither product is left to a library whose threads would change the last bits.
     gram, sums = np.einsum("ti,tj->ij", columns, columns), np.einsum("ti,tj->ij", columns, samples[:, :2])
     solved = np.linalg.solve(gram, sums)
-    lines = solved[1 : _HARMONICS + 1] - 1j * solved[_HARMONICS + 1 :]
+    lines = solved[1 : _MULTIPLES.size + 1] - 1j * solved[_MULTIPLES.size + 1 :]
     lines = np.column_stack([lines, lines[:, 0] - lines[:, 1]])
+    below, (fundamental, *harmonics) = np.abs(lines[: _BELOW.size, 2]), lines[_BELOW.size :]
     left = samples[:, :2] - np.einsum("ti,ij->tj", columns, solved)
-    size = np.abs(lines[0])
+    size, strongest = np.abs(fundamental), below.argmax()
     stray = math.sqrt(2) * (left[:, 0] - left[:, 1]).std() / size[2]
     centre = 0.5 * (time[0] + time[-1])
-    shaker, mass, relative = lines[0]
+    shaker, mass, relative = fundamental
     return {
         "time": began * drive.step + centre, "force": drive.amplitude_at(centre), "frequency":
         drive.frequency_at(centre), "shaker": shaker, "mass": mass, "relative": relative,
-        "tilt": np.abs(samples[:, 2]).max(), "distortion": np.abs(lines[1:]).max(axis=0) / size,
-        "subharmonic": (np.nan, np.nan), "drift": np.nan, "left": np.nan, "dwell": time[-1] - time[0],
+        "tilt": np.abs(samples[:, 2]).max(), "distortion": np.abs(harmonics).max(axis=0) / size,
+        "subharmonic": (below[strongest] / size[2], 1 / _BELOW[strongest]), "drift": np.nan, "left": np.nan,
+        "dwell": time[-1] - time[0],
         "velocity": 0.0, "tries": 0, "status": Status.PASSING.name, "message": f"other motion {stray:.1%} of z",
     }  # fmt: skip
 
@@ -155,7 +158,7 @@ def swept_test(
     step : float
         Integration step (s).
     window : float
-        s of motion that a reading is fitted to, at least four periods of the lowest frequency; one every half of it,
+        s of motion that a reading is fitted to, at least six periods of the lowest frequency; one every half of it,
         at the frequency in its middle. ``error`` of a point is what the window smooths away.
     sensors, progress, executor, checkpoint
         See `rigsim.experiment.protocols.stepped.stepped_test`.

@@ -24,8 +24,8 @@ class Patience:
 
     Settled is what comes within ``tolerance`` of what it goes to: with the lines z1, z2, z3 of z at the force's
     frequency over the last three half windows, a motion that decays as q^k has q = (z3 - z2)/(z2 - z1), a complex
-    number, and (z3 - z2) q/(1 - q) left to go. That and the last change are together below ``tolerance`` of z; for at
-    most ``limit`` s.
+    number, and (z3 - z2) q/(1 - q) left to go. That and the last change are together below ``tolerance`` of z, and so
+    are changes of lines below f, of two and three periods; for at most ``limit`` s.
     """
 
     dwell: float | None
@@ -96,12 +96,13 @@ def _left(lines):
         return np.nan
     first, second, third = (line[_ITSELF] for line in lines[-3:])
     before, last, size = second - first, third - second, abs(third)
+    below = np.abs(np.diff(np.abs(lines[-2:]), axis=0)[0, :_ITSELF]).max()  # of a subharmonic, or of a start's ringing
     if max(abs(before), abs(last)) < _STILL * size:
-        return float(max(abs(before), abs(last)) / size)
+        return float(max(abs(before), abs(last), below) / size)
     ratio = last / before if before else np.inf
     if not abs(ratio) < 1:
         return np.inf
-    return float(abs(last) * (1 + abs(ratio / (1 - ratio))) / size)
+    return float(max(abs(last) * (1 + abs(ratio / (1 - ratio))), below) / size)
 
 
 def differ(one, other):
