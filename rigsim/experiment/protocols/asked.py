@@ -35,17 +35,27 @@ def window_of(window):
     return checks.real("window", window, "s", low=0.05, high=60.0)
 
 
+def bench_of(parameters, start, step):
+    """Rigs, where they start from, and the step (s), good for all of them: first, since other limits follow from it."""
+    rigs, step = rigs_of(parameters), checks.positive("step", step, "s")
+    if not rigs:
+        raise ValueError("parameters has 0 elements; expected at least 1")
+    check_step(rigs, step)
+    return rigs, checks.one_of("start", start, STARTS), step
+
+
 def highest(step):
     """Hz, of a force, at an integration step (s)."""
-    return 1 / (4 * HARMONICS * checks.positive("step", step, "s"))
+    return 1 / (4 * HARMONICS * step)
 
 
 def rows(name, values, step=None, least=1):
     """Frequencies at a ``step`` (Hz), or without it forces (N), as an array (n, k), k at ``least``: a row a bench."""
+    dimensions = None if np.iterable(values) else 1
     if step is None:
-        values = checks.array(name, values, "N", low=0.0, low_open=True, ndim=None)
+        values = checks.array(name, values, "N", low=0.0, low_open=True, ndim=dimensions)
     else:
-        values = checks.array(name, values, "Hz", low=LOWEST, high=highest(step), ndim=None)
+        values = checks.array(name, values, "Hz", low=LOWEST, high=highest(step), ndim=dimensions)
     if values.ndim > 2:
         raise ValueError(f"{name} has {values.ndim} dimensions; expected 1, or 2 with a row a bench")
     values = np.atleast_2d(values)
@@ -54,14 +64,9 @@ def rows(name, values, step=None, least=1):
     return values
 
 
-def broadcast(parameters, step, start, sensors, **arrays):
-    """Rigs (n,), each of the arrays with n rows, and sensors (n,); and the step (s), good for all of them."""
-    rigs = rigs_of(parameters)
-    step = checks.positive("step", step, "s")
-    checks.one_of("start", start, STARTS)
+def broadcast(rigs, sensors, **arrays):
+    """Rigs (n,), each of the arrays with n rows, and sensors (n,)."""
     sensors = checks.one_or_many("sensors", sensors, (Sensors, type(None)), "Sensors or None")
-    if rigs:
-        check_step(rigs, step)
     lengths = {"parameters": len(rigs), "sensors": len(sensors)} | {name: len(rows) for name, rows in arrays.items()}
     n = max(lengths.values())
     for name, length in lengths.items():
@@ -69,7 +74,7 @@ def broadcast(parameters, step, start, sensors, **arrays):
             longest = f" or {n}, the longest of the arguments" if n > 1 else ""
             raise ValueError(f"{name} has {length} elements; expected 1{longest}")
     widened = [np.repeat(values, n // len(values), axis=0) for values in arrays.values()]
-    return tuple(rigs * (n // len(rigs))), (*widened, tuple(sensors * (n // len(sensors)))), step
+    return tuple(rigs * (n // len(rigs))), (*widened, tuple(sensors * (n // len(sensors))))
 
 
 def ran(protocol, over, rigs, plans, start, step, options):

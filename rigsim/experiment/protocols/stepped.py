@@ -7,7 +7,7 @@ import numpy as np
 
 from ... import checks
 from ..steady import LOWEST
-from .asked import broadcast, highest, patience_of, ran, rows, window_of
+from .asked import bench_of, broadcast, highest, patience_of, ran, rows, window_of
 from .drive import Drive
 from .sensors import Sensors
 from .swept import FASTEST, SLOWEST, sweep
@@ -100,10 +100,11 @@ def stepped_test(
         If an argument is not allowed, lengths do not broadcast, or the step is unstable.
     """
     options = checks.running(progress, executor, checkpoint)
+    rigs, start, step = bench_of(parameters, start, step)
     patience = patience_of(dwell, tolerance, limit)
     force = checks.array("force", force, "N", low=0.0, low_open=True)
-    rigs, (force, frequency, sensors), step = broadcast(
-        parameters, step, start, force=force, frequency=rows("frequency", frequency, step), sensors=sensors
+    rigs, (force, frequency, sensors) = broadcast(
+        rigs, force=force, frequency=rows("frequency", frequency, step), sensors=sensors
     )
     plans = [
         Points(tuple((float(F), float(f)) for f in row), patience, sensor)
@@ -139,12 +140,13 @@ def ramp_test(
         If an argument is not allowed, lengths do not broadcast, or the step is unstable.
     """
     options = checks.running(progress, executor, checkpoint)
+    rigs, start, step = bench_of(parameters, start, step)
     patience, window = patience_of(dwell, tolerance, limit), window_of(window)
     force = rows("force", force, least=1 if rate is None else 2)
     frequency = checks.array("frequency", frequency, "Hz", low=LOWEST, high=highest(step))
     rate = np.array([np.nan]) if rate is None else checks.array("rate", rate, "N/s", low=SLOWEST, high=FASTEST)
-    rigs, (force, frequency, rate, sensors), step = broadcast(
-        parameters, step, start, force=force, frequency=frequency, rate=rate, sensors=sensors
+    rigs, (force, frequency, rate, sensors) = broadcast(
+        rigs, force=force, frequency=frequency, rate=rate, sensors=sensors
     )
     asked = zip(force, frequency, rate, sensors, strict=True)
     plans = [
@@ -188,13 +190,14 @@ def tapped_test(
         If an argument is not allowed, lengths do not broadcast, or the step is unstable.
     """
     options = checks.running(progress, executor, checkpoint)
+    rigs, start, step = bench_of(parameters, start, step)
     patience = patience_of(dwell, tolerance, limit)
     force = checks.array("force", force, "N", low=0.0, low_open=True)
     velocity = checks.array("velocity", velocity, "m/s")
     if not velocity.all():
         raise ValueError("velocity = 0 m/s is not allowed; expected sizes of taps, none of them zero")
-    rigs, (force, frequency, sensors), step = broadcast(
-        parameters, step, start, force=force, frequency=rows("frequency", frequency, step), sensors=sensors
+    rigs, (force, frequency, sensors) = broadcast(
+        rigs, force=force, frequency=rows("frequency", frequency, step), sensors=sensors
     )
     pulse = checks.real("pulse", pulse, "s", low=4 * step, high=0.5)
     plans = [

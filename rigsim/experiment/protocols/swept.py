@@ -9,7 +9,7 @@ import numpy as np
 from ... import checks
 from ...results import Status
 from ..steady import sampling
-from .asked import broadcast, ran, rows, window_of
+from .asked import bench_of, broadcast, ran, rows, window_of
 from .bench import Request
 from .drive import Drive
 from .sensors import Sensors
@@ -169,12 +169,13 @@ def swept_test(
         If an argument is not allowed, lengths do not broadcast, or the step is unstable.
     """
     options = checks.running(progress, executor, checkpoint)
+    rigs, start, step = bench_of(parameters, start, step)
     force = checks.array("force", force, "N", low=0.0, low_open=True)
     rate = checks.array("rate", rate, "Hz/s", low=SLOWEST, high=FASTEST)
     logarithmic = checks.one_of("spacing", spacing, SPACINGS) == "logarithmic"
     window, frequency = window_of(window), rows("frequency", frequency, step, least=2)
-    rigs, (force, frequency, rate, sensors), step = broadcast(
-        parameters, step, start, force=force, frequency=frequency, rate=rate, sensors=sensors
+    rigs, (force, frequency, rate, sensors) = broadcast(
+        rigs, force=force, frequency=frequency, rate=rate, sensors=sensors
     )
     plans = [
         sweep("frequency", row, float(F), float(pace), window, sensor, logarithmic)

@@ -91,8 +91,8 @@ def comparison_figure(comparison, *, ax=None):
     Points on a piece are circles (dots, where they were read in passing), all others have the symbol of their status.
     """
     tests = comparison.tests
-    rows = -(-len(tests) // 2) if len(tests) > 1 else 1
-    columns = 2 if len(tests) > 1 else 1
+    columns = 2 if ax is None and len(tests) > 1 else 1  # a user's axes are one a test
+    rows = -(-len(tests) // columns)
     with style():
         figure, grid = subplots(
             rows, columns, alt=_alt(comparison), ax=ax, width=9.6, height=0.9 + 2.8 * rows, sharex=True, sharey=True,
