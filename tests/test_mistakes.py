@@ -242,6 +242,7 @@ def functions(made):
     yield "record_panel", explore.record_panel, {"record": made["record"]}, {"first": "object?"}
     yield "response_panel", explore.response_panel, {}, {"quantity": "word"}
     yield "rig_panel", explore.rig_panel, {}, {"exaggeration": "word"}
+    yield "protocol_panel", explore.protocol_panel, {}, {"rate": "within, 2.5"}
     yield "shake_panel", explore.shake_panel, {}, {"frequency": "within"}
 
 

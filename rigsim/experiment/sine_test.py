@@ -162,7 +162,7 @@ def sine_test(
     Notes
     -----
     Three seconds with a tap at the first are short. Of the paper's tests (3.18 N, 10 to 80 Hz by 1 Hz) all from rest
-    are settled but one, 20 Hz, within 0.07 % of what 15 s show. Of the 71 that are tapped 42 are not: all of 10 to
+    are settled but one, 20 Hz, within 0.07 % of what 15 s show. Of the 71 that are tapped 40 are not: all of 10 to
     32 Hz, where z is off by 0.05 to 4.3 % and at 10 Hz by 8 %, and all from 62 Hz up but 77 and 78, most of them on
     their way to a motion of three periods; at 64 Hz the line of z is half as large again as it ends.
     `rigsim.experiment.protocols.stepped.stepped_test` waits instead.
