@@ -77,6 +77,7 @@ ALLOWED = {
     "in the cylinder": {"zero", "tiny"},
     "within, 2.5": {"broken"},
     "places": {"zero", "many", "three values"},
+    "rows": {"broken", "many", "three values", "a matrix", "a table"},
     "texts": {"text of a number", "a word", "no text", "text in a list"},
     "phase": {"zero", "tiny"},
     "size": {"broken"},
@@ -111,12 +112,15 @@ def made():
     taps = tap_map(RIG, 3.18, 30.0, velocity=[-0.5, 0.0, 0.5], instants=4, starts=32)
     force = np.random.default_rng(1).standard_normal((3, 4000))
     record = Record(*force, 1000.0, tilt=np.zeros(4000))
+    bench = rigsim.stepped_test(RIG, 3.18, [30.0], dwell=1)
+    orbits = periodic_orbits(RIG, 3.18, (20, 30), 1, search="seeds")
     row = LedgerRow("Table 1", "ms", "0.154", "kg", 0.154, "yes", "")
     return {
         "response": frequency_response(RIG, 3.18, low), "attractors": found, "test": test, "taps": taps,
         "smallest": SmallestTap(found, 0, 1, 0.5, 0.1, 2e-3, True, 1.0), "record": record,
         "overlay": overlay(RIG, test), "ledger": Ledger((row,), None), "scenario": force_scenario(RIG),
-        "orbits": periodic_orbits(RIG, 3.18, (20, 30), 1, search="seeds"), "margins": margins(RIG, 3.18, names=["m"]),
+        "orbits": orbits, "bench": bench,
+        "comparison": rigsim.compare_tests(orbits, bench), "margins": margins(RIG, 3.18, names=["m"]),
         "sheet": response_sheet(RIG, (20, 30), (3.0, 3.3), 1), "statics": static_equilibrium(RIG),
         "modes": linear_modes(RIG), "study": tolerance_study(RIG, 3.18, {"m": "1 %"}, samples=10),
         "converged": force_scenario(RIG, 2, band=(20, 30), force=(3.0, 3.3)),
@@ -134,6 +138,7 @@ KINDS = {
     "relative": "lines", "tap": "object?", "names": "object?", "search": "word", "record": "object", "path": "file",
     "terms": "objects", "noise": "object?", "kinds": "object?", "channels": "object?", "units": "object?",
     "channel": "word", "what": "word?", "ax": "object?", "beside": "objects", "exaggeration": "number", "i": "whole",
+    "sensors": "object?", "rate": "array?", "spacing": "word", "window": "within, 2.5", "pulse": "within",
 }  # fmt: skip
 
 RIGHT = {"parameters": RIG, "force": 3.18, "frequency": 30.0}
@@ -183,6 +188,14 @@ def functions(made):
     yield "random_test", rigsim.random_test, {"parameters": RIG}, {"duration": "within, 2.5", "sample_rate": "number"}
     yield "sine_test", sine_test, RIGHT, {
         "force": "array", "frequency": "within, 2.5", "duration": "within, 2.5"}  # fmt: skip
+    turns = {"frequency": (20, 30)}
+    waits = {"dwell": "within, 2.5", "limit": "within", "frequency": "within, 2.5", "force": "array"}
+    yield "stepped_test", rigsim.stepped_test, RIGHT, waits
+    yield "ramp_test", rigsim.ramp_test, RIGHT | {"force": (1.0, 4.0)}, waits | {"force": "rows"}
+    yield "tapped_test", rigsim.tapped_test, RIGHT, waits
+    yield "swept_test", rigsim.swept_test, RIGHT | turns | {"rate": 1.0}, {
+        "force": "array", "frequency": "within", "rate": "array"}  # fmt: skip
+    yield "Sensors", rigsim.Sensors, {}, {"noise": "not negative", "drift": "any", "resolution": "not negative"}
     yield (
         "identify",
         identify,
@@ -230,6 +243,7 @@ def functions(made):
     yield "record_panel", explore.record_panel, {"record": made["record"]}, {"first": "object?"}
     yield "response_panel", explore.response_panel, {}, {"quantity": "word"}
     yield "rig_panel", explore.rig_panel, {}, {"exaggeration": "word"}
+    yield "protocol_panel", explore.protocol_panel, {}, {"rate": "within, 2.5"}
     yield "shake_panel", explore.shake_panel, {}, {"frequency": "within"}
 
 
@@ -244,8 +258,18 @@ def methods(made):
     yield "inspect", Record.inspect, {"path": "x.csv"}, {}
     moved = dict.fromkeys(("delay", "clock", "spikes"), "object?") | {"swap": "flag", "reverse": "objects"}
     yield "realigned", record.realigned, {}, moved
-    yield "SineTest.record", made["test"].record, {"i": 0}, {"i": "motion"}
-    yield "SineTest.out_of_plane", made["test"].out_of_plane, {}, {}
+    test, compared = made["test"], lambda tests, orbits, names=None: rigsim.compare_tests(orbits, tests, names=names)
+    yield "SineTest.record", test.record, {"i": 0}, {"i": "motion"}
+    yield "SineTest.out_of_plane", test.out_of_plane, {}, {}
+    yield "compare_tests", compared, {"tests": test, "orbits": made["comparison"].orbits}, {
+        "tests": "object", "orbits": "object", "names": "text?"}  # fmt: skip
+    for name in ("found", "walked_past"):
+        yield f"Comparison.{name}", getattr(made["comparison"], name), {"i": 0}, {"i": "motion"}
+    yield "BenchTest.to_record", made["bench"].to_record, {}, {"run": "motion", "sample_rate": "number"}
+    yield "BenchTest.column", made["bench"].column, {"name": "time"}, {"name": "word"}
+    sensed = {"time": np.arange(3.0), "displacements": np.zeros((3, 2))}
+    yield "Sensors.measured", rigsim.Sensors().measured, sensed, {
+        "time": "any array", "displacements": "within", "number": "seed"}  # fmt: skip
     yield "OrbitBranch.shoot", orbits[0].shoot, {"i": 0}, {"i": "motion"}
     verdict = {"frequencies": "within?"}
     yield "verdict", verdict_of, {"orbits": orbits}, verdict | {"orbits": "object"}
@@ -293,6 +317,9 @@ def pictures(made):
         ("sheet", "amplitude", {"forces": "within?"}),
         ("converged", "scenario", {"force": "number?"}),
         ("margins", None, {}),
+        ("bench", "points", {}),
+        ("bench", "waits", {}),
+        ("comparison", "tests", {}),
         ("study", None, {}),
         ("attractors", None, {}),
     ):  # fmt: skip

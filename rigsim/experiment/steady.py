@@ -8,7 +8,20 @@ from .lines import fit_sines, strongest_lines
 HARMONICS = 10
 DRIFT = 1e-3  # largest change of z between the window's halves that counts as settled
 STRAY = 0.02  # largest line of z, off the harmonics, that counts as none
+WINDOW = 1.0  # s, of a reading
+LOWEST = 2 / WINDOW  # Hz; two whole periods, so that the window's halves can be compared
 _LOWEST = 1.0  # Hz; slower lines are no better than the mean over a window of a second
+_USUAL = 1 / 4000  # s between samples, up to 160 Hz
+
+
+def sampling(frequency, step):
+    """Steps (s) of the leapfrog between two samples of a motion at a frequency (Hz), its tenth harmonic below a half.
+
+    They divide those of low frequencies, so that instants of all frequencies fall on each other.
+    """
+    usual = max(1, int(_USUAL / step))
+    wanted = int(1 / (2.5 * HARMONICS * frequency) / step)
+    return max(every for every in range(1, usual + 1) if usual % every == 0 and every <= max(wanted, 1))
 
 
 def read_window(time, displacements, f):
@@ -54,6 +67,15 @@ def read_window(time, displacements, f):
     else:
         verdict = Status.SETTLED, f"{told}, largest other line {stray[1] / z:.2%}"
     return fundamental, distortion, (below[1] / z, f / below[0]), drift, verdict
+
+
+def read_or_parted(time, displacements, f, parted):
+    """What `read_window` tells, the status by its name; nothing but that of a rig that flew apart at ``parted`` (s)."""
+    if np.isnan(parted):
+        *numbers, (status, message) = read_window(time, displacements, f)
+        return *numbers, status.name, message
+    message = f"past its wires' reach at t = {parted:.4g} s"
+    return np.full(3, np.nan + 0j), np.full(3, np.nan), (np.nan, np.nan), np.nan, Status.FLEW_APART.name, message
 
 
 def _fit_period(time, displacements, f, parts):
