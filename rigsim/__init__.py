@@ -54,6 +54,8 @@ _HOME = {
     "tapped_test": "experiment.protocols.stepped",
     "swept_test": "experiment.protocols.swept",
     "Sensors": "experiment.protocols.sensors",
+    "feedback_test": "experiment.feedback.feedback_test",
+    "phase_locked_test": "experiment.feedback.locked",
     "identify": "identification.identify",
     "Identification": "identification.result",
     "virtual_experiment": "paper.virtual_experiment",

@@ -19,14 +19,16 @@ class Status(enum.Enum):
     STILL_DRIFTING = "The motion was still drifting when the test ended; shake for longer."
     NOT_PERIODIC = "The motion lasts but does not repeat within a few periods of the force."
     FLEW_APART = "The mass went past its wires' reach; expect a weaker force or stiffer wires."
-<<<<<<< HEAD
     STAYS_IN_PLANE = "The planar motion lasts in three dimensions: roll and yaw stay below 1e-3 rad."
     LEAVES_THE_PLANE = "Roll or yaw grow past 1e-3 rad, yet z is what the planar test says, within 1 %."
     OPTIMISTIC = "Roll or yaw grow and change z by more than 1 %: the planar test shows a better rig than there is."
-=======
     PASSING = "The force was moving on: what was read is a mean over a window, of a motion on its way."
->>>>>>> protocols
     ELSEWHERE = "The motion settled, but near no solution of the theory."
+    # tests under feedback
+    HELD = "Feedback holds the motion and adds less than 1 % of the force off its own line: it is one of the open rig."
+    INVASIVE = "Feedback holds a motion, but one that it takes part in: the target's harmonics did not converge."
+    LOST = "The loop did not hold the motion that it was designed for."
+    UNTRIED = "This motion was not tried; the message says why."
     # curves of periodic orbits
     CLOSED = "The curve closes on itself inside the band."
     LEAVES_THE_BAND = "The curve was followed to the ends of the band."

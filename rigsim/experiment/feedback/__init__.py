@@ -1,0 +1,1 @@
+"""Tests under feedback: unstable motions held and measured, and motions followed at a phase."""

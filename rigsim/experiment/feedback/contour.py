@@ -1,0 +1,188 @@
+"""From S-curves, force over amplitude at fixed frequencies, to the response at one force with its folds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ...results import Result, ResultSequence, frame
+from .gains import multipliers, transitions
+
+_FEWEST = 4  # motions a spline is put through
+_FLOQUET = 128  # steps a period
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredMotion:
+    """Where an S-curve passes the force.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz.
+    shaker, mass, relative : complex
+        First lines of xs, x and z (m), phase against the force.
+    multiplier : float
+        Largest modulus of the multipliers about it, estimated as `HeldMotion.multipliers` are.
+    stable : bool
+        Whether that is below 1.
+    motion : {"low", "middle", "high", "only"}
+        Which of the frequency's motions it is.
+    """
+
+    frequency: float
+    shaker: complex
+    mass: complex
+    relative: complex
+    multiplier: float
+    stable: bool
+    motion: str
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredFold:
+    """A fold of the response at the force: frequency (Hz), amplitude of z (m), and which motions meet in it."""
+
+    frequency: float
+    amplitude: float
+    kind: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredResponse(ResultSequence):
+    """What `FeedbackTest.at` returns: `MeasuredMotion` after `MeasuredMotion`, by frequency and amplitude.
+
+    Attributes
+    ----------
+    members : tuple of MeasuredMotion
+    folds : tuple of MeasuredFold
+        Ascending in frequency.
+    force : float
+        N.
+    test : FeedbackTest
+    """
+
+    members: tuple
+    folds: tuple
+    force: float
+    test: Result
+
+    plots = {"response": "measured_response_figure"}
+
+    @property
+    def frequency(self):
+        """Hz, shape (n,)."""
+        return np.array([one.frequency for one in self])
+
+    @property
+    def relative(self):
+        """First line of z (m), complex, shape (n,)."""
+        return np.array([one.relative for one in self], dtype=complex)
+
+    @property
+    def stable(self):
+        """Shape (n,)."""
+        return np.array([one.stable for one in self], dtype=bool)
+
+    def summary(self):
+        """One line: motions, and folds."""
+        folds = ", ".join(f"{fold.frequency:.2f} Hz ({fold.kind})" for fold in self.folds) or "none"
+        unstable = int((~self.stable).sum())
+        return (
+            f"MeasuredResponse at {self.force:g} N: {len(self)} motions at {np.unique(self.frequency).size} "
+            f"frequencies, {unstable} of them unstable; folds: {folds}"
+        )
+
+    def to_dataframe(self):
+        """`pandas.DataFrame` with a row per motion."""
+        rows = [
+            {
+                "frequency [Hz]": one.frequency,
+                "motion": one.motion,
+                "|xs| [mm]": 1e3 * abs(one.shaker),
+                "|x| [mm]": 1e3 * abs(one.mass),
+                "|z| [mm]": 1e3 * abs(one.relative),
+                "open multiplier": one.multiplier,
+                "stable": one.stable,
+            }
+            for one in self
+        ]
+        return frame(rows)
+
+    table = to_dataframe
+
+
+def contour(model, curves, force):
+    """Tuples of `MeasuredMotion` and `MeasuredFold` at a force (N).
+
+    ``curves`` is a dict of frequency (Hz) to the motions held there, ascending, and the amplitudes of those that were
+    not.
+    """
+    motions = []
+    for frequency, (held, gaps) in curves.items():
+        if len(held) < _FEWEST:
+            continue
+        amplitude, squared = _s_curve(held)
+        passed = CubicSpline(amplitude, squared - force**2).roots(extrapolate=False)
+        lines = CubicSpline(amplitude, [np.column_stack([one.shaker, one.mass]) for one in held])
+        phase = CubicSpline(amplitude, [one.force[1] for one in held])
+        fitted = model.replace(**dict(zip(("c", "k1", "k3"), held[0].suspension.tolist(), strict=True)))
+        names = {3: ("low", "middle", "high")}.get(len(passed), ("only",) * len(passed))
+        for root, name in zip(passed, names, strict=True):
+            if not _apart(amplitude, root, gaps):
+                xs, x = lines(root).T
+                largest = float(abs(multipliers(transitions(fitted, xs - x, frequency, _FLOQUET)[0])).max())
+                turn = np.conj(phase(root)) / abs(phase(root))
+                first = complex(xs[1] * turn), complex(x[1] * turn), complex((xs[1] - x[1]) * turn)
+                motions.append(MeasuredMotion(frequency, *first, largest, largest < 1, name))
+    return tuple(motions), _folds(curves, force)
+
+
+def _folds(curves, force):
+    folds = []
+    for kind, (frequency, amplitude, level) in fold_levels(curves).items():
+        words = "low and middle" if kind == "largest" else "middle and high"
+        known = np.isfinite(level)
+        for run in np.split(np.arange(len(level)), np.flatnonzero(np.diff(known)) + 1):
+            if known[run[0]] and len(run) > 1:
+                over = CubicSpline(frequency[run], np.column_stack([level[run] - force, amplitude[run]]))
+                roots = CubicSpline(frequency[run], level[run] - force).roots(extrapolate=False)
+                folds += [MeasuredFold(float(f), float(over(f)[1]), words) for f in roots]
+    return tuple(sorted(folds, key=lambda fold: fold.frequency))
+
+
+def fold_levels(curves):
+    """Where the force of each S-curve is largest and least between its ends: see `FeedbackTest.fold_levels`."""
+    found = {"largest": [], "least": []}
+    for held, gaps in curves.values():
+        places = dict.fromkeys(found, (np.nan, np.nan))
+        if len(held) >= _FEWEST:
+            amplitude, squared = _s_curve(held)
+            spline = CubicSpline(amplitude, squared)
+            turns = [a for a in spline.derivative().roots(extrapolate=False) if not _apart(amplitude, a, gaps)]
+            tops = [a for a in turns if spline(a, 2) < 0]
+            if tops:
+                top = max(tops, key=spline)
+                places["largest"] = top, spline(top)
+                low = [a for a in turns if a > top and spline(a, 2) > 0]
+                if low:
+                    places["least"] = min(low, key=spline), max(min(map(float, map(spline, low))), 0.0)
+        for kind, place in places.items():
+            found[kind].append(place)
+    frequency = np.array(list(curves))
+    result = {}
+    for kind, places in found.items():
+        amplitude, squared = np.array(places).T
+        result[kind] = frequency, amplitude, np.sqrt(squared)
+    return result
+
+
+def _s_curve(held):
+    """Amplitude of z (m) and square of the force (N^2), which unlike the force is smooth where it is least."""
+    return np.array([abs(one.relative[1]) for one in held]), np.array([abs(one.force[1]) ** 2 for one in held])
+
+
+def _apart(amplitude, root, gaps):
+    """Whether a motion that was not held lies between the two held ones beside an amplitude."""
+    i = np.clip(np.searchsorted(amplitude, root), 1, len(amplitude) - 1)
+    return any(amplitude[i - 1] < gap < amplitude[i] for gap in gaps)
