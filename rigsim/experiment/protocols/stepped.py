@@ -35,7 +35,7 @@ class Points:
         return len(self.points) * tries * (self.patience.dwell or self.patience.limit)
 
     def operate(self, step):
-        """Generator; see `bench.run_benches`."""
+        """Generator; see `bench.run_bench`."""
         readings, drives, began = [], [], 0
         for force, f in self.points:
             steps = max(1, round(self.patience.limit / step))  # said again when it has ended

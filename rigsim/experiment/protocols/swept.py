@@ -37,7 +37,7 @@ class Sweep:
         return sum(stretch[-1] for stretch in self.stretches)
 
     def operate(self, step):
-        """Generator; see `bench.run_benches`."""
+        """Generator; see `bench.run_bench`."""
         readings, drives, began, number = [], [], 0, 0
         slowest, fastest = (end(f for stretch in self.stretches for f in stretch[2:4]) for end in (min, max))
         every = sampling(fastest, step)
@@ -83,7 +83,7 @@ def _read(drive, began, time, samples):
     lines = np.column_stack([lines, lines[:, 0] - lines[:, 1]])
     below, (fundamental, *harmonics) = np.abs(lines[: _BELOW.size, 2]), lines[_BELOW.size :]
     left = samples[:, :2] - np.einsum("ti,ij->tj", columns, solved)
-    size, strongest = np.abs(fundamental), below.argmax()
+    size, strongest = np.maximum(np.abs(fundamental), 1e-300), below.argmax()  # a coarse sensor may see no motion
     stray = math.sqrt(2) * (left[:, 0] - left[:, 1]).std() / size[2]
     centre = 0.5 * (time[0] + time[-1])
     shaker, mass, relative = fundamental

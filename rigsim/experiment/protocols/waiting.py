@@ -43,7 +43,7 @@ class Patience:
 def wait(drive, began, patience, sensors, number):
     """Operate a stretch at one force and frequency: its drive as it ended, its reading, its lines in the last part.
 
-    A generator as `bench.run_benches` wants them, ``began`` steps into the test; the reading is the ``number``-th.
+    A generator as `bench.run_bench` wants them, ``began`` steps into the test; the reading is the ``number``-th.
     """
     f, step = drive.frequency, drive.step
     every = sampling(f, step)
@@ -69,9 +69,10 @@ def wait(drive, began, patience, sensors, number):
         read = read_or_parted(phased, own[:, :2], f, told.parted)
         if parted or late or read[-2] != Status.STILL_DRIFTING.name:
             break
+    *_, status, message = read  # of the motion, whatever it is measured with
     if sensors is not None:
         read = read_or_parted(phased, sensors.measured(began * step + time, own[:, :2], number), f, told.parted)
-    (shaker, mass, relative), distortion, subharmonic, drift, status, message = read
+    (shaker, mass, relative), distortion, subharmonic, drift, *_ = read
     if patience.dwell is None and not near and status == Status.SETTLED.name:
         status, message = Status.STILL_DRIFTING.name, f"{left:.2g} of z left to go after {done * step:.3g} s; {message}"
     reading = {
