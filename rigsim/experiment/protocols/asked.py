@@ -24,10 +24,8 @@ def patience_of(dwell, tolerance, limit):
     tolerance = checks.real("tolerance", tolerance, low=1e-5, high=0.1)
     limit = checks.real("limit", limit, "s", low=3 * WINDOW, high=_LONGEST)
     if isinstance(dwell, str):
-        checked = checks.one_of("dwell", dwell, ("settled",))
-        return Patience(None if checked else 0.0, tolerance, limit)
-    dwell = checks.real("dwell", dwell, "s", low=WINDOW, high=_LONGEST)
-    return Patience(dwell, tolerance, max(limit, dwell))
+        return Patience(checks.one_of("dwell", dwell, ("settled",)), tolerance, limit)
+    return Patience(checks.real("dwell", dwell, "s", low=WINDOW, high=_LONGEST), tolerance, limit)
 
 
 def window_of(window):
