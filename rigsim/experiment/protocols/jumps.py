@@ -12,7 +12,10 @@ _LASTS = 3.0  # s: within so long of each other, changes are one jump
 
 @dataclass(frozen=True)
 class JumpSeen:
-    """A jump as a test sees it.
+    """A jump as a test sees it, in frequency or in force.
+
+    For parameters from jumps give `rigsim.identification.jumps.Jump.found_in` the force, ``frequency`` and ``relative``
+    of a stepped test of one bench.
 
     Attributes
     ----------
