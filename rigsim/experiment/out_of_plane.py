@@ -25,6 +25,7 @@ _WINDOW, _HARMONICS = 1.0, 10
 _CHUNK = 4  # tests that one thread takes at a time
 _SLICE = 2000  # steps between two looks, some 5 ms
 _STEP = 5e-6  # seconds of a step, of a run in the plane and one in space
+_ROUNDS = 16  # of Newton's method
 _SIZES = np.array([1e-3, 1e-3, 1e-4, 1e-2, 0.2, 0.2, 0.2, 10.0])  # of planar coordinates and rates, m, rad and s
 
 
@@ -239,18 +240,19 @@ class _Shaken:
         lost = np.full(spatial.OUT, np.nan + 0j), np.nan
         period = periods / self.f
         steps = int(np.ceil(2 * period / self.step))
-        x = spatial.planar_numbers(end)
-        for _ in range(12):
+        x, before = spatial.planar_numbers(end), 0.0
+        for _ in range(_ROUNDS):
             look()
-            ends = [self.after(one, period, steps) for one in (x, *(x + 1e-5 * np.diag(_SIZES)))]
-            missed = (ends[0] - x) / _SIZES
-            if not np.abs(missed).max() < 1e3:
-                return lost
-            moved = (np.array(ends[1:]) - ends[0]).T / _SIZES[:, None] / 1e-5
-            if np.abs(missed).max() < 1e-9:
+            after = self.after(x, period, steps)
+            missed = (after - x) / _SIZES
+            size = np.abs(missed).max()
+            if size < 1e-9 or not size < 1e3:
                 break
-            x = x + _SIZES * np.linalg.solve(np.eye(8) - moved, missed)
-        else:
+            if not size < before / 10:  # a derivative serves as long as it does well
+                ends = np.array([self.after(one, period, steps) for one in x + 1e-5 * np.diag(_SIZES)])
+                moved = (ends - after).T / _SIZES[:, None] / 1e-5
+            x, before = x + _SIZES * np.linalg.solve(np.eye(8) - moved, missed), size
+        if not size < 1e-9:
             return lost
         state = np.concatenate([spatial.planar_state(x[:4], x[4:]), np.eye(spatial.OUT).ravel()])
         trace = np.empty((steps, state.size))
