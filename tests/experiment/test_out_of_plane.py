@@ -1,10 +1,13 @@
 """Planar sine tests in three dimensions: seeded simulation against multipliers, and the keywords of long work."""
 
+import threading
+import time
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
 
+from rigsim.campaign.stop import Stop, Stopped
 from rigsim.experiment import out_of_plane as module
 from rigsim.experiment.sine_test import sine_test
 from rigsim.model import spatial
@@ -150,6 +153,25 @@ def test_results_do_not_depend_on_who_computes_them(tmp_path):
         for other in others:
             np.testing.assert_array_equal(getattr(other, name), getattr(once, name))
         np.testing.assert_array_equal(getattr(alone, name)[0], getattr(once, name)[4])
+
+
+def test_it_ends_soon_after_it_is_asked_to():
+    test, stop, raised = sine_test(ONE_SET, FORCE, np.full(200, 30.0), duration=1), Stop(), []
+
+    def run():
+        try:
+            with stop.heeded():
+                test.out_of_plane()
+        except Stopped as stopped:
+            raised.append(stopped)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    time.sleep(0.5)
+    assert thread.is_alive()
+    stop.ask()
+    thread.join(2)
+    assert not thread.is_alive() and "tests in space were done" in raised[0].__notes__[0]
 
 
 def test_what_would_take_weeks_is_refused():
