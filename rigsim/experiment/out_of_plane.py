@@ -98,7 +98,7 @@ class OutOfPlane(Result):
 
 def planar_only(rigs):
     """What whoever reads planar results of these `RigParameters` must be told, in words; none for two wire sets."""
-    single = any(p is not None and p.wire_sets == 1 for p in rigs)
+    single = any(p.wire_sets == 1 for p in rigs)
     return "in the plane only: a mass on one wire set may yaw, see SineTest.out_of_plane()" if single else ""
 
 
