@@ -3,7 +3,10 @@
 The planar motion solves the equations in space exactly, so that only a deviation tells: each test is run again from a
 yaw and a roll of a millionth. Where that grows, the same integration with the mass guided in the plane says what it
 changes. For tests that settled, the linear equations out of the plane about the planar periodic motion tell as well,
-by Floquet's multipliers, and how slowly: what has no time to grow in the test may do so in a longer one.
+by Floquet's multipliers, and how slowly: what has no time to grow in the test may do so in a longer one. The two differ
+where a deviation grows during the transient only, about a motion that is stable in the end. And where the planar motion
+does not settle, any disturbance may change z's line by a per cent: a mark there says that no line of z is to be relied
+on, and one near the limit may fall on either side of it.
 """
 
 from dataclasses import dataclass
@@ -157,7 +160,7 @@ def _longest_step(parameters, rigs, wires):
     """Step (s) that takes a radian of the fastest mode, in the plane or out of it, near the installed position."""
     deviations = np.concatenate([spatial.planar_state(rest_position(parameters)), np.eye(spatial.OUT).ravel()])
     rates = spatial.rates(deviations, rigs[0], wires[0])[spatial.SIZE :].reshape(spatial.OUT, -1)
-    return min(longest_step(parameters) / 2, 1 / np.abs(np.linalg.eigvals(rates)).max())
+    return 1 / max(2 / longest_step(parameters), np.abs(np.linalg.eigvals(rates)).max())
 
 
 def _run_chunk(chunk):

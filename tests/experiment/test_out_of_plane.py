@@ -129,6 +129,15 @@ def test_a_test_that_flew_apart_stays_so():
     assert found.status[1] == Status.FLEW_APART and np.isnan(found.relative[1]) and np.isfinite(found.relative[0])
 
 
+def test_what_leaves_its_wires_reach_in_space_only_says_so(monkeypatch):
+    monkeypatch.setattr(module, "largest_tilt", lambda parameters: 0.12)  # rad; less than it yaws, more than it tilts
+    test = sine_test(ONE_SET, FORCE, [40.0, 70.0], [Tap(), None], start="equilibrium")
+    assert test.tilt.max() < 0.12
+    found = test.out_of_plane()
+    assert list(found.status) == [Status.FLEW_APART, Status.STAYS_IN_PLANE]
+    assert "reach in three dimensions" in found.message[0] and np.isnan(found.relative[0])
+
+
 def test_the_step_follows_the_fastest_mode_in_any_direction():
     for p in (TWO_SETS, ONE_SET, TWO_SETS.replace(d0=0.02)):
         rigs, wires = spatial.pack([p])
