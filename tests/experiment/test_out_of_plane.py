@@ -97,8 +97,8 @@ def test_how_many_of_65_tests_on_two_sets_leave_the_plane(tell):
     found, changed, grown = counted(TWO_SETS)
     tell(f"two sets: {grown.sum()} of 65 tests grow past 1e-3 rad, {changed.sum()} change z by more than 1 %")
     assert grown.sum() == 9 and np.all(found.yaw[grown] < 1e-4)
-    # three for sure; a fourth, at 70 Hz, changes by 1.5 % and has not settled
-    assert changed.sum() in (3, 4) and all(found.test.tap[i] for i in np.flatnonzero(changed))
+    # at 64 to 70 Hz, where the planar motion does not settle: each by 1.2 % or more, at half the step or window too
+    assert changed.sum() == 4 and all(found.test.tap[i] for i in np.flatnonzero(changed))
 
 
 @pytest.mark.full
