@@ -24,7 +24,7 @@ YAW, ROLL = 1e-6, 2e-6  # rad, at the start
 GROWN = 1e-3  # rad; past it a deviation is no longer small
 CHANGED = 0.01  # of z's line; past it the planar test says too much
 _SLOW = 1e-3  # 1/s; slower growth of a deviation is rounding, or of no interest
-_WINDOW, _HARMONICS = 1.0, 10
+_WINDOW, _HARMONICS, _SAMPLES = 1.0, 10, 40  # s; of a line's fit; steps a period at least, on soft rigs too
 _CHUNK = 4  # tests that one thread takes at a time
 _SLICE = 2000  # steps between two looks, some 5 ms
 _STEP = 5e-6  # seconds of a step, of a run in the plane and one in space
@@ -114,7 +114,7 @@ def out_of_plane(test, *, progress=False, executor=None, checkpoint=None):
     """`OutOfPlane` of a `SineTest`; what `SineTest.out_of_plane` gives."""
     rigs, n = test.parameters, len(test.frequency)
     step = {p: _longest_step(p, *spatial.pack([p])) for p in set(rigs)}
-    steps = sum(test.duration / step[p] for p in rigs)
+    steps = sum(test.duration * max(1 / step[p], _SAMPLES * f) for p, f in zip(rigs, test.frequency, strict=True))
     given = f"duration = {test.duration:g} s in three dimensions for {n} rigs"
     affordable(given, seconds=steps * _STEP, instead="fewer rigs or a shorter test", shared=executor or checkpoint)
     parted = test.status == Status.FLEW_APART
@@ -182,7 +182,7 @@ class _Shaken:
         self.p, self.f, self.tap, self.duration = parameters, frequency, tap, duration
         packed = spatial.pack([parameters])
         self.rig, self.wires = (array[0] for array in packed)
-        self.step = _longest_step(parameters, *packed)
+        self.step = min(_longest_step(parameters, *packed), 1 / (_SAMPLES * frequency))
         at = rest_position(parameters) if start == "rest" else static_equilibrium(parameters).coordinates
         self.start = spatial.planar_state(at)
         self.drive = spatial.drive(force, frequency)

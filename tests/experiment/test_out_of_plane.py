@@ -73,6 +73,14 @@ def test_z_is_that_of_the_planar_test_where_the_motion_stays_in_the_plane():
     np.testing.assert_allclose(found.relative, test.relative, rtol=1e-3)
 
 
+def test_a_soft_rig_is_stepped_as_finely_as_its_force_asks():
+    soft = TWO_SETS.replace(k=20.0, ks=500.0, gravity=0.0)
+    test = sine_test(soft, 1.0, [150.0], start="equilibrium", duration=2)
+    found = test.out_of_plane()
+    assert module._longest_step(soft, *spatial.pack([soft])) > 1 / (20 * 150)
+    np.testing.assert_allclose(found.relative, test.relative, rtol=1e-3)
+
+
 def test_one_set_is_optimistic_where_yaw_takes_part():
     test = sine_test(ONE_SET, FORCE, [44.0, 70.0], [Tap(), None])
     assert "one wire set may yaw" in test.summary() and "yaw" not in sine_test(TWO_SETS, FORCE, 30.0).summary()
