@@ -136,8 +136,10 @@ class RigParameters(_Table):
     """The multi-body rig in the vertical plane; the defaults are the paper's (Tables 1 and 2).
 
     Wires are counted set by set in the order up, down, left, right. ``k`` is one number,
-    or one for each of the ``4 wire_sets`` wires. ``set_half_spacing`` None means
-    Lm/2 - abs(LG), the widest pair symmetric about P that the cylinder can carry.
+    or one for each of the ``4 wire_sets`` wires. P, where displacements are measured and the
+    damper acts, lies in the sets' middle unless ``set_centre`` moves that along the axis,
+    at LG to the cylinder's own. ``set_half_spacing`` None means Lm/2 - abs(LG - set_centre),
+    the widest pair symmetric about that middle that the cylinder can carry.
 
     Raises
     ------
@@ -158,11 +160,12 @@ class RigParameters(_Table):
     Rm: float = _quantity("m", "radius of the cylinder", default=0.004, **_POSITIVE)
     LG: float = _quantity("m", "centre of mass along the axis from P", default=0.025 / 8, allowed={})
     wire_sets: int = _quantity("", "number of wire sets: 1 (Fig. 1) or 2 (Fig. 2)", default=2)
-    set_half_spacing: float | None = _quantity("m", "distance of each of two sets from P", default=None)
+    set_half_spacing: float | None = _quantity("m", "distance of each of two sets from their middle", default=None)
     gravity: float = _quantity("m/s^2", "acceleration of gravity", default=9.81, **_NOT_NEGATIVE)
     wire_damping: float = _quantity("N s/m", "damping along each wire", default=0.0, **_NOT_NEGATIVE)
     rocking_damping: float = _quantity("N m s/rad", "damping of the tilt rate", default=0.0, **_NOT_NEGATIVE)
     tension_only: bool = _quantity("", "whether slack wires let go instead of pushing", default=False)
+    set_centre: float = _quantity("m", "the sets' middle along the axis from P", default=0.0, allowed={})
 
     plots = {"rig": "rig_figure", "wire law": "wire_law_figure"}
 
@@ -178,6 +181,8 @@ class RigParameters(_Table):
         set_field("wire_sets", checks.integer("wire_sets", self.wire_sets, low=1, high=2))
         set_field("tension_only", checks.flag("tension_only", self.tension_only))
         set_field("k", self._checked_stiffness())
+        ends = {"low": self.LG - self.Lm / 2, "high": self.LG + self.Lm / 2}
+        set_field("set_centre", checks.real("set_centre", self.set_centre, "m", **ends))
         if self.set_half_spacing is not None:
             set_field("set_half_spacing", self._checked_half_spacing())
 
@@ -192,11 +197,15 @@ class RigParameters(_Table):
         return tuple(stiffness.tolist())
 
     def _checked_half_spacing(self):
-        half = checks.real("set_half_spacing", self.set_half_spacing, "m", low=0.0, high=self.Lm / 2 - abs(self.LG))
+        half = checks.real("set_half_spacing", self.set_half_spacing, "m", low=0.0, high=self._widest)
         if self.wire_sets == 1:
             given = f"set_half_spacing = {checks.digits(half)} m"
-            raise ValueError(f"{given} is not allowed with wire_sets = 1; expected None, the set is at P")
+            raise ValueError(f"{given} is not allowed with wire_sets = 1; expected None, set_centre says where it is")
         return half
+
+    @property
+    def _widest(self):
+        return max(0.0, self.Lm / 2 - abs(self.LG - self.set_centre))
 
     @cached_property
     def wire_stiffness(self):
@@ -207,9 +216,13 @@ class RigParameters(_Table):
     def set_positions(self):
         """Axial positions of the wire sets from P (m), one value a set."""
         if self.wire_sets == 1:
-            return (0.0,)
-        half = self.Lm / 2 - abs(self.LG) if self.set_half_spacing is None else self.set_half_spacing
-        return (-half, half)
+            return (self.set_centre,)
+        return self.set_centre - self.half_spacing, self.set_centre + self.half_spacing
+
+    @property
+    def half_spacing(self):
+        """Distance of each of two sets from their middle (m), whether given or the widest there is."""
+        return self._widest if self.set_half_spacing is None else self.set_half_spacing
 
     @property
     def inertia(self):
@@ -236,7 +249,7 @@ class RigParameters(_Table):
         return self.oscillator.nondimensional(force)
 
     def single_set(self):
-        """The rig of Fig. 1: one set at P, each wire as stiff as the two it replaces, so k1 and k3 stay."""
+        """The rig of Fig. 1: one set in the sets' middle, each wire as stiff as the two it replaces: k1 and k3 stay."""
         if self.wire_sets == 1:
             return self
         first, second = self.wire_stiffness.reshape(2, 4)

@@ -19,6 +19,10 @@ class Status(enum.Enum):
     STILL_DRIFTING = "The motion was still drifting when the test ended; shake for longer."
     NOT_PERIODIC = "The motion lasts but does not repeat within a few periods of the force."
     FLEW_APART = "The mass went past its wires' reach; expect a weaker force or stiffer wires."
+    STAYS_IN_PLANE = "The planar motion lasts in three dimensions: roll and yaw stay below 1e-3 rad."
+    LEAVES_THE_PLANE = "Roll or yaw grow past 1e-3 rad, yet z is what the planar test says, within 1 %."
+    OPTIMISTIC = "Roll or yaw grow and change z by more than 1 %: the planar test shows a better rig than there is."
+    PASSING = "The force was moving on: what was read is a mean over a window, of a motion on its way."
     ELSEWHERE = "The motion settled, but near no solution of the theory."
     # tests under feedback
     HELD = "Feedback holds the motion and adds less than 1 % of the force off its own line: it is one of the open rig."

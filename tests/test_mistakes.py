@@ -79,6 +79,7 @@ ALLOWED = {
     "in the cylinder": {"zero", "tiny"},
     "within, 2.5": {"broken"},
     "places": {"zero", "many", "three values"},
+    "rows": {"broken", "many", "three values", "a matrix", "a table"},
     "texts": {"text of a number", "a word", "no text", "text in a list"},
     "phase": {"zero", "tiny"},
     "size": {"broken"},
@@ -114,6 +115,8 @@ def made():
     force = np.random.default_rng(1).standard_normal((3, 4000))
     record = Record(*force, 1000.0, tilt=np.zeros(4000))
     under_feedback = feedback_test(RIG, 3.18, 30.0, points=4, average=0.5, settle=0.1)
+    bench = rigsim.stepped_test(RIG, 3.18, [30.0], dwell=1)
+    orbits = periodic_orbits(RIG, 3.18, (20, 30), 1, search="seeds")
     row = LedgerRow("Table 1", "ms", "0.154", "kg", 0.154, "yes", "")
     return {
         "response": frequency_response(RIG, 3.18, low), "attractors": found, "test": test, "taps": taps,
@@ -121,7 +124,8 @@ def made():
         "feedback": under_feedback, "measured": under_feedback.at(2.0), "held": under_feedback[0],
         "locked": phase_locked_test(RIG, 0.1, average=0.5, patience=0.5),
         "overlay": overlay(RIG, test), "ledger": Ledger((row,), None), "scenario": force_scenario(RIG),
-        "orbits": periodic_orbits(RIG, 3.18, (20, 30), 1, search="seeds"), "margins": margins(RIG, 3.18, names=["m"]),
+        "orbits": orbits, "bench": bench,
+        "comparison": rigsim.compare_tests(orbits, bench), "margins": margins(RIG, 3.18, names=["m"]),
         "sheet": response_sheet(RIG, (20, 30), (3.0, 3.3), 1), "statics": static_equilibrium(RIG),
         "modes": linear_modes(RIG), "study": tolerance_study(RIG, 3.18, {"m": "1 %"}, samples=10),
         "converged": force_scenario(RIG, 2, band=(20, 30), force=(3.0, 3.3)),
@@ -139,6 +143,7 @@ KINDS = {
     "relative": "lines", "tap": "object?", "names": "object?", "search": "word", "record": "object", "path": "file",
     "terms": "objects", "noise": "object?", "kinds": "object?", "channels": "object?", "units": "object?",
     "channel": "word", "what": "word?", "ax": "object?", "beside": "objects", "exaggeration": "number", "i": "whole",
+    "sensors": "object?", "rate": "array?", "spacing": "word", "window": "within, 2.5", "pulse": "within",
 }  # fmt: skip
 
 RIGHT = {"parameters": RIG, "force": 3.18, "frequency": 30.0}
@@ -148,6 +153,7 @@ GROUPS = {"mu": "number"} | dict.fromkeys(("zeta_s", "zeta", "Omega0", "gamma"),
 RIG_KINDS = {name: kind for name, kind in NUMBERS.items() if name not in ("k1", "k3")} | LENGTHS | {
     "k": "stiffness", "wire_sets": "whole", "set_half_spacing": "in the cylinder?", "gravity": "not negative",
     "wire_damping": "not negative", "rocking_damping": "not negative", "tension_only": "flag",
+    "set_centre": "in the cylinder",
 }  # fmt: skip
 
 
@@ -195,6 +201,14 @@ def functions(made):
     yield "phase_locked_test", phase_locked_test, {"parameters": RIG, "force": 1.0}, controller | {
         "force": "array", "phase": "any array", "frequency": "within, 2.5?", "signal": "word",
         "patience": "within, 2.5"}  # fmt: skip
+    turns = {"frequency": (20, 30)}
+    waits = {"dwell": "within, 2.5", "limit": "within", "frequency": "within, 2.5", "force": "array"}
+    yield "stepped_test", rigsim.stepped_test, RIGHT, waits
+    yield "ramp_test", rigsim.ramp_test, RIGHT | {"force": (1.0, 4.0)}, waits | {"force": "rows"}
+    yield "tapped_test", rigsim.tapped_test, RIGHT, waits
+    yield "swept_test", rigsim.swept_test, RIGHT | turns | {"rate": 1.0}, {
+        "force": "array", "frequency": "within", "rate": "array"}  # fmt: skip
+    yield "Sensors", rigsim.Sensors, {}, {"noise": "not negative", "drift": "any", "resolution": "not negative"}
     yield (
         "identify",
         identify,
@@ -242,6 +256,7 @@ def functions(made):
     yield "record_panel", explore.record_panel, {"record": made["record"]}, {"first": "object?"}
     yield "response_panel", explore.response_panel, {}, {"quantity": "word"}
     yield "rig_panel", explore.rig_panel, {}, {"exaggeration": "word"}
+    yield "protocol_panel", explore.protocol_panel, {}, {"rate": "within, 2.5"}
     yield "shake_panel", explore.shake_panel, {}, {"frequency": "within"}
 
 
@@ -259,6 +274,18 @@ def methods(made):
     yield "SineTest.record", made["test"].record, {"i": 0}, {"i": "motion"}
     yield "FeedbackTest.held", made["feedback"].held, {"frequency": 30.0}, {"frequency": "within"}
     yield "FeedbackTest.at", made["feedback"].at, {"force": 3.0}, {}
+    test, compared = made["test"], lambda tests, orbits, names=None: rigsim.compare_tests(orbits, tests, names=names)
+    yield "SineTest.record", test.record, {"i": 0}, {"i": "motion"}
+    yield "SineTest.out_of_plane", test.out_of_plane, {}, {}
+    yield "compare_tests", compared, {"tests": test, "orbits": made["comparison"].orbits}, {
+        "tests": "object", "orbits": "object", "names": "text?"}  # fmt: skip
+    for name in ("found", "walked_past"):
+        yield f"Comparison.{name}", getattr(made["comparison"], name), {"i": 0}, {"i": "motion"}
+    yield "BenchTest.to_record", made["bench"].to_record, {}, {"run": "motion", "sample_rate": "number"}
+    yield "BenchTest.column", made["bench"].column, {"name": "time"}, {"name": "word"}
+    sensed = {"time": np.arange(3.0), "displacements": np.zeros((3, 2))}
+    yield "Sensors.measured", rigsim.Sensors().measured, sensed, {
+        "time": "any array", "displacements": "within", "number": "seed"}  # fmt: skip
     yield "OrbitBranch.shoot", orbits[0].shoot, {"i": 0}, {"i": "motion"}
     verdict = {"frequencies": "within?"}
     yield "verdict", verdict_of, {"orbits": orbits}, verdict | {"orbits": "object"}
@@ -295,7 +322,8 @@ def pictures(made):
         ("orbits", "orbits", {"beside": "objects", "circles": "object?", "circles_label": "text"}),
         ("taps", "taps", {"smallest": "objects"}),
         ("integrity", "integrity", {"beside": "objects"}),
-        ("overlay", "branches", {"nominal": "object?", "band": "pair"}),
+        ("overlay", "branches", {"nominal": "object?", "band": "pair", "space": "objects"}),
+        ("test", "lines", {"space": "objects"}),
         ("record", "record", {"interval": "pair?"}),
         ("test", "spectrum", {"indices": "places", "beside": "objects", "highest": "not negative but zero"}),
         ("statics", "rig", {"beside": "objects", "exaggeration": "not negative but zero", "titles": "text?"}),
@@ -310,6 +338,9 @@ def pictures(made):
         ("held", "record", {"periods": "whole, many"}),
         ("locked", "backbone", {"beside": "object?"}),
         ("margins", None, {}),
+        ("bench", "points", {}),
+        ("bench", "waits", {}),
+        ("comparison", "tests", {}),
         ("study", None, {}),
         ("attractors", None, {}),
     ):  # fmt: skip

@@ -106,6 +106,17 @@ def test_sets_lie_on_the_cylinder_about_P():
     assert RIG.set_positions[1] + RIG.LG == pytest.approx(RIG.Lm / 2)
 
 
+def test_the_sets_middle_may_lie_anywhere_on_the_cylinder():
+    middle = RIG.replace(set_centre=RIG.LG)
+    assert middle.set_positions == pytest.approx((RIG.LG - RIG.Lm / 2, RIG.LG + RIG.Lm / 2))
+    assert middle.single_set().set_positions == (RIG.LG,)
+    end = RIG.replace(set_centre=RIG.LG - RIG.Lm / 2)
+    assert end.half_spacing == 0 and end.set_positions == (end.set_centre,) * 2
+    assert RIG.replace(set_centre=-0.002).half_spacing == pytest.approx(0.0125 - 0.005125)
+    assert RIG.replace(set_centre=0.001, set_half_spacing=0.003).set_positions == pytest.approx((-0.002, 0.004))
+    assert middle.k1 == RIG.k1 and middle.single_set().double_set() == middle
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -131,6 +142,15 @@ def test_sets_lie_on_the_cylinder_about_P():
         ({"set_half_spacing": 0.0094}, "set_half_spacing = 0.0094 m is not allowed"),
         ({"set_half_spacing": -0.001}, "set_half_spacing = -0.001 m is not allowed"),
         ({"wire_sets": 1, "set_half_spacing": 0.001}, "set_half_spacing = 0.001 m is not allowed with wire_sets = 1"),
+        (
+            {"set_centre": 0.0157},
+            "set_centre = 0.0157 m is not allowed; expected a number from -0.009375 to 0.015625 m",
+        ),
+        ({"set_centre": None}, "set_centre = None is not a number"),
+        (
+            {"set_centre": 0.003125, "set_half_spacing": 0.0126},
+            "set_half_spacing = 0.0126 m is not allowed; expected a number from 0 to 0.0125 m",
+        ),
         ({"k": -4e4}, "k[0] = -40000 N/m is not allowed"),
         ({"k": 0}, "k = 0 N/m is not allowed"),
         ({"k": [4e4] * 4}, "k has 4 values; expected 1 or 8"),

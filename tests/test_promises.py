@@ -12,7 +12,7 @@ PROMISED = {
     "RigParameters": {
         "ms": 0.154, "ks": 18800.0, "cs": 9.86, "m": 0.0052, "c": 0.026, "k": 4e4, "d": 0.034, "d0": 0.033997,
         "Lm": 0.025, "Rm": 0.004, "LG": 0.003125, "wire_sets": 2, "set_half_spacing": None, "gravity": 9.81,
-        "wire_damping": 0.0, "rocking_damping": 0.0, "tension_only": False,
+        "wire_damping": 0.0, "rocking_damping": 0.0, "tension_only": False, "set_centre": 0.0,
     },
     "simulate": {"hold": "zero", "start": "rest", "step": 5e-5},
     "random_test": {
@@ -20,6 +20,10 @@ PROMISED = {
         "step": 5e-5,
     },
     "sine_test": {"tap": None, "duration": 3, "start": "rest", "step": 5e-5},
+    "stepped_test": {"dwell": "settled", "start": "rest", "step": 5e-5},
+    "swept_test": {"spacing": "linear", "start": "rest", "step": 5e-5},
+    "ramp_test": {"rate": None, "dwell": "settled", "start": "rest", "step": 5e-5},
+    "tapped_test": {"velocity": (0.5, 1.0), "dwell": "settled", "start": "rest", "step": 5e-5},
     "identify": {"order": None, "block_rows": 40, "band": (2, 80), "conversion": "force"},
     "force_scenario": {},
     "periodic_orbits": {"band": (5, 80), "law": None},

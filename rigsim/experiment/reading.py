@@ -18,6 +18,7 @@ from . import clock
 from .channels import HOLDS, KINDS, OUTPUTS, UNITS, checked_details, checked_kinds
 from .formats import READERS, chosen
 from .formats.units import SI, bare, is_unit, plain, role_of, unit_of
+from .on_disk import let_go
 
 _ROLES = (*UNITS, "time")
 _QUANTITIES = {"force": ("force", "acceleration"), "tilt": ("angle",), "time": ("time",)} | dict.fromkeys(
@@ -109,6 +110,7 @@ def fields_of(path, hold=None, channels=None, units=None, sample_rate=None):
             if scales[name] != 1.0:
                 one *= scales[name]
             _finite(path, name, one, place)
+            let_go(one)
             if name != "time":
                 return one
             if one.size == details.get("samples", one.size):

@@ -10,6 +10,7 @@ from ..results import Result, frame
 from .channels import HOLDS, KINDS, UNITS, checked_kinds
 from .joints import joined, slices
 from .lines import strongest_lines
+from .on_disk import let_go, on_disk
 from .reading import fields_of, inspected
 from .realign import realigned
 from .saving import saved, tested
@@ -89,7 +90,9 @@ class Record(Result):
                 continue
             reach = _REACH if name == "tilt" else np.inf
             values = checks.array(name, values, self.units[name], min_size=2, low=-reach, high=reach, physical=False)
-            channel = np.array(values) if values.flags.writeable or values.base is not None else values
+            lasting = not values.flags.writeable and (values.base is None or on_disk(values) is not None)
+            channel = values if lasting else np.array(values)
+            let_go(channel)
             n = channel.size if name == "force" else self.force.size
             if channel.size != n:
                 raise ValueError(f"{name} has {channel.size} samples; expected {n}, as many as the force")
@@ -301,6 +304,8 @@ class Record(Result):
         ``.hdf5``, ``.mat``, ``.npz``, ``.uff``, ``.unv``, ``.tdms``. All is turned to SI. What the file says is
         compared with itself; what it does not say is asked for by the name of an argument, and what can only be meant
         is taken and told by a warning (`rigsim.experiment.reading.GuessWarning`). `inspect` lists what a file holds.
+
+        Channels of four million samples or more are kept on disk, in a temporary file that goes with them.
 
         A text file that says all begins with a line ``# {"sample_rate": 2000, "hold": "zero"}`` and one that names the
         columns force, shaker and mass (N and m). A column ``time`` must be evenly spaced.

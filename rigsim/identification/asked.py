@@ -1,21 +1,25 @@
 """What `identify` and `model_order` are asked for, checked."""
 
-import numpy as np
-
 from .. import checks
 from ..campaign.cost import affordable
+from ..campaign.stop import sliced
+from ..experiment.on_disk import let_go
 from .layout import layout_of
 from .receptance import RESOLUTION, frequencies
 from .terms import Term
 
+_PIECE = 1_000_000  # samples that are looked at
 _MATRICES, _LINE, _SAMPLE = 8, 6e4, 1e3  # of all block rows, in memory at once; bytes a frequency and a sample
 
 
-def checked_record(record, order, block_rows, band):
-    """Order (that of the rig, where it is None), block rows and band, checked against a record that must vary."""
+def checked_record(record, order, block_rows, band, at_once=None):
+    """Order (that of the rig, where it is None), block rows and band, checked against a record that must vary.
+
+    So many samples are read ``at_once``, by default all of them.
+    """
     order, block_rows = _checked_orders(order, block_rows, record)
     band = checks.pair("band", band, "Hz", high=record.sample_rate / 2)
-    _refuse_endless(record, block_rows, band)
+    afford(at_once or record.force.size, block_rows, band)
     frequency = frequencies(band, record.sample_rate)
     lines, needed = int((frequency[-1] - frequency[0]) * record.duration), order * (order + 6)
     if lines < needed:
@@ -23,15 +27,27 @@ def checked_record(record, order, block_rows, band):
             f"band = {frequency[0]:g} to {frequency[-1]:g} Hz has {lines} lines in {record.duration:g} s of record; "
             f"expected at least {needed} for order = {order}"
         )
-    for name, channel in record.signals.items():
-        if name != "tilt" and not np.ptp(channel) > 1e-12 * np.abs(channel).max():
-            raise ValueError(f"{name} = {channel[0]:g} throughout is not allowed; expected a channel that varies")
+    parts = sliced(record.force.size, _PIECE)
+    ends = [{name: (channel.min(), channel.max()) for name, channel in _signals(record, part)} for part in parts]
+    for name in ends[0]:
+        least, most = min(part[name][0] for part in ends), max(part[name][1] for part in ends)
+        if not most - least > 1e-12 * max(-least, most):
+            raise ValueError(f"{name} = {most:g} throughout is not allowed; expected a channel that varies")
     return order, block_rows, band
 
 
-def _refuse_endless(record, block_rows, band):
+def _signals(record, samples):
+    """Names and samples of all signals but the tilt, of a record that may be longer than memory."""
+    channels = {name: channel[samples] for name, channel in record.channels.items() if name != "tilt"}
+    yield from channels.items()
+    if record.mass is not None and len(set(record.kinds.values())) == 1:
+        yield "relative", channels["shaker"] - channels["mass"]
+    let_go(*record.channels.values())
+
+
+def afford(samples, block_rows, band):
     """Refuse what cannot be afforded: matrices of all block rows of five channels, and what is read at frequencies."""
-    rows, samples, lines = 2.0 * block_rows * 5, record.force.size, (band[1] - band[0]) / RESOLUTION
+    rows, lines = 2.0 * block_rows * 5, (band[1] - band[0]) / RESOLUTION
     affordable(
         f"block_rows = {block_rows}", instead="fewer block rows", memory=8 * _MATRICES * rows**2,
         seconds=4e-10 * samples * rows * 5 + 5e-10 * rows**3,

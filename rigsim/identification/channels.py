@@ -7,7 +7,7 @@ from scipy.constants import g as standard_gravity
 from .layout import powers_of
 from .troubles import Trouble
 
-_HELD = 0.3  # of the samples repeat the one before
+_HELD, _SLOWER = 0.3, 1.5  # of the samples repeat the one before; samples from one change to the next
 _ENDS = 5  # samples in a row at the largest value
 _RICH = 0.99  # of the force's power in the band
 _SURVIVED = 100.0  # times gravity, rms
@@ -20,7 +20,7 @@ def channel_troubles(record, band, order):
     for name in ("force", *record.kinds):
         values = getattr(record, name)
         found += [*_clipped(name, values), *_held(name, values)]
-    return found + _poor_force(record, band, order) + _absurd(record, band)
+    return found + poor_force(record, band, order) + _absurd(record, band)
 
 
 def _absurd(record, band):
@@ -62,12 +62,14 @@ def _held(name, values):
     if moves.size < 3 or np.ptp(values) / np.abs(np.diff(values)[~same]).min() < 300:
         return []  # few digits rather than few samples
     every = np.median(np.diff(moves))
+    if every < _SLOWER:
+        return []  # it stood still for a while
     return [
         Trouble("rate", f"{name} repeats {100 * share:.2g} % of its samples: it was sampled {every:g} times slower")
     ]
 
 
-def _poor_force(record, band, order):
+def poor_force(record, band, order):
     """Whether the force has lines enough to tell the parameters apart."""
     force = record.force - record.force.mean()
     frequency, power = signal.periodogram(force, record.sample_rate, window="hann")

@@ -1,6 +1,7 @@
 """`identify`: from a record to the underlying linear system, the cubic coefficient and the physical parameters."""
 
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from scipy import signal
@@ -18,6 +19,7 @@ from .layout import direct, displacing, layout_of, outputs_of, powers_of
 from .likeliest import cubic_starts, simulated_motion
 from .model import displacements, extended_model
 from .order import model_order
+from .pieces import combined, piece, pieces, pieces_in
 from .receptance import fit_rational_fraction, frequencies
 from .refine import response_deviations
 from .result import Identification
@@ -27,6 +29,7 @@ from .verdict import judged, rig_of
 
 _STEPS = 8  # of work
 _ROUNDS = 2
+_TRIES = 3  # pieces of a long record
 _APART = 0.05  # of an output left: the channels may not belong together as they are told
 _BETTER = 1.5  # times less left once they are brought together
 
@@ -52,6 +55,10 @@ def identify(
     A record of one sensor is that of one mass on a spring to the ground: y = [x], z = x. Where outputs are velocities
     or accelerations, lines of the band give a z to start from; then the simulated one takes its place, outputs are used
     as they are, and receptances are divided by powers of i omega. On a base, the first mass is 1.
+
+    A record of a million samples or more is read in pieces (`pieces`): parameters, errors and troubles are those of all
+    of it, while receptances and residuals are those of its loudest piece, which ``record`` of the result is then. Such
+    a record may be longer than memory: `Record.load` keeps long channels on disk.
 
     Parameters
     ----------
@@ -85,33 +92,69 @@ def identify(
     auto = isinstance(order, str)
     if auto and order != "auto":
         raise ValueError(f'order = {checks.shown(order)} is not allowed; expected an even whole number or "auto"')
-    order, block_rows, band = checked_record(record, None if auto else order, block_rows, band)
-    progress = checks.progress(progress)
     conversion = checks.one_of("conversion", conversion, nsi.CONVERSIONS)
+    at_once = -(-record.force.size // pieces_in(record.force.size)) if conversion == "force" else None
+    order, block_rows, band = checked_record(record, None if auto else order, block_rows, band, at_once)
+    progress = checks.progress(progress)
     if conversion != "force" and not direct(record):
         raise ValueError(
             f'conversion = "{conversion}" is not allowed; expected "force" where displacements were not measured'
         )
     terms, noise = checked_terms(terms, layout_of(record)), checked_noise(noise)
     reading = {"order": order, "block_rows": block_rows, "band": band, "conversion": conversion, "terms": terms}
-    with reporting(progress, _STEPS, "identification") as report:
-        choice = model_order(record, None, block_rows, band) if auto else None
-        reading |= {"order": choice.chosen} if auto else {}
-        found, mended = _read(record, report, **reading), []
-        if conversion == "force" and found.trust.left.max() > _APART:
-            found, mended = _brought_together(found, record, report, reading)
-        trust = found.trust
-        if conversion == "force" and trust.fit and trust.mended and not trust.fit.settled:
-            taken = [*mended, *trust.mended]
-            other = _read(trust.record, report, taken=taken, **reading)  # it went astray before the mend
-            if other.trust.left.max() < trust.left.max():
-                found, mended = other, taken
+    whole, cut = record, [slice(record.force.size)]
+    if conversion == "force":
+        cut = pieces(record, block_rows, band, order)
+    with reporting(progress, _STEPS + 2 * len(cut) - 2, "identification") as report:
+        for first in cut[:_TRIES]:
+            record = whole if len(cut) == 1 else piece(whole, first)
+            choice = model_order(record, None, block_rows, band) if auto else None
+            reading |= {"order": choice.chosen} if auto else {}
+            found, mended = _mended(_read(record, report, **reading), record, report, reading)
+            if conversion != "force" or found.trust.fit:
+                break
+        others = [samples for samples in cut if samples != first]
         if not direct(record) and found.trust.fit:
             found = _with_simulated_motion(found, report, reading)
-        report(_STEPS)
-    told = channel_troubles(record, band, order)
+        told = channel_troubles(record, band, order)
+        if others and found.trust.fit:
+            known = chain([(first, [*mended, *told], found.trust)], _others(found, whole, others, report, reading))
+            mended, trust = combined(whole, known, band, terms, lambda done: report(_STEPS + len(others) + done))
+            found, told = replace(found, trust=trust), []
+        report(_STEPS + 2 * len(others))
     told += [Trouble("order", choice.message)] if auto and choice.message else []
     return found.told(record, told, mended, noise)
+
+
+def _mended(found, record, report, reading):
+    """What is read once what one can mend of a record is mended, and what that was before it was read."""
+    mended = []
+    if reading["conversion"] != "force":
+        return found, mended
+    if found.trust.left.max() > _APART:
+        found, mended = _brought_together(found, record, report, reading)
+    trust = found.trust
+    if trust.fit and trust.mended and not trust.fit.settled:
+        taken = [*mended, *trust.mended]
+        other = _read(trust.record, report, taken=taken, **reading)  # it went astray before the mend
+        if other.trust.left.max() < trust.left.max():
+            found, mended = other, taken
+    return found, mended
+
+
+def _others(found, record, pieces, report, reading):
+    """Of more pieces of a record, one after the other: slice, what was wrong with it before it was read, and `Trust`.
+
+    Each is read from where the rig that is likeliest for the first is already.
+    """
+    band, terms, fit = reading["band"], reading["terms"], found.trust.fit
+    start = np.array([fit.values[fit.structure.names.index(name)] for name in found.layout.names])
+    for done, samples in enumerate(pieces):
+        report(_STEPS + done)
+        one = piece(record, samples)
+        again = replace(found, measured=one, trust=trusted(one, [start], band, terms))
+        again, mended = _mended(again, one, lambda done: None, reading)
+        yield samples, [*mended, *channel_troubles(one, band, reading["order"])], again.trust
 
 
 def _brought_together(found, record, report, reading):

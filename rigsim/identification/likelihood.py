@@ -19,7 +19,7 @@ from .simulate import Run, Structure, displaced, marched, simulate
 _STEPS = 20
 _SETTLED = 0.03  # standard errors
 _OUTDATED = 1.5  # times the weights of what was taken for noise
-_EXACT = 1e-7  # of a parameter: no smaller step is asked for, whatever the noise
+_EXACT = 3e-5  # of a parameter: no smaller step is asked for, whatever the noise
 _ENDLESS = 1e100  # of anything
 _NOISY = 3e-3  # share of an output
 SMOOTH, _AVERAGED = 9, 120  # lines that a spectrum of noise is averaged over at least, and lines of blocks
@@ -165,9 +165,22 @@ def fit(structure, values, run, outputs, band, reach, starts=None):
             break
     if search.lost_its_way:
         raise FitError("no step towards the record is small enough")
-    look, modelled = search.look, outputs - search.look.rest
-    own, left, freed = look.own, look.left, look.freed
-    lines, settled = search.lines, search.settled
+    return _found(structure, run, outputs, reach, search.lines, search.look, search.settled)
+
+
+@np.errstate(all="ignore")
+def at(structure, values, run, outputs, band, reach, starts):
+    """`Fit` that takes no step; arguments and errors as of `fit`."""
+    lines, usual = Lines(run.sample_rate, len(outputs), band), (structure, values, run, starts, reach)
+    _, lost = _lost(usual, outputs)
+    look = _look(structure, run, outputs, reach, lines, values, starts, lost)
+    if look is None:
+        raise FitError("its motion grows without end")
+    return _found(structure, run, outputs, reach, lines, look, False)
+
+
+def _found(structure, run, outputs, reach, lines, look, settled):
+    modelled, own, left, freed = outputs - look.rest, look.own, look.left, look.freed
     return Fit(structure, run, look.values, look.starts, outputs, modelled, reach, own, left, freed, settled, lines)
 
 

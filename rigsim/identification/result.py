@@ -105,7 +105,7 @@ class Identification(Result):
     errors : ParameterErrors or None
         How far the parameters can be trusted; None for the paper's readings.
     record : Record
-        As it was read in the end, with what could be mended.
+        As it was read in the end, with what could be mended; of a record that was read in pieces the loudest one.
     modelled : ndarray, shape (n, q), or None
         Outputs of the simulated rig with these parameters, in their units.
     mended, troubles : tuple of Trouble

@@ -14,7 +14,7 @@ from .layout import layout_of, outputs_of
 from .likeliest import LOST, given, likeliest, states_of
 from .likelihood import FitError, fit
 from .troubles import TIMING, Trouble, candidates, suspected, timing
-from .uncertainty import uncertainty
+from .uncertainty import score, uncertainty
 
 _ROUNDS = 4
 _IN_PARTS = 0.7  # of an output left by a rig that does not repeat the record, though each part begins anew
@@ -90,7 +90,7 @@ def trusted(record, starts, band, terms=(), sensitive=False, taken=()):
             break
         best, record, begins = again, cured, anew
         mended.append(trouble)
-    sure = uncertainty(best, _estimated(best, record, [*taken, *mended]))
+    sure = uncertainty(score(best, estimated(best, record, [*taken, *mended])))
     return Trust(best, sure, mended, found, record, _force_share(best, record), best.share_left)
 
 
@@ -106,7 +106,7 @@ def _change(best, record, begins, found, mended, sensitive):
     return None
 
 
-def _estimated(fitted, record, mended):
+def estimated(fitted, record, mended):
     """Columns of the delays and clocks that were taken from a record, whose own errors the parameters share."""
     known = {(trouble.name, tuple(trouble.mend.get(trouble.name, ()))) for trouble in mended}
     return [one.column for one in timing(fitted, record) if (one.name, tuple(one.mend(1.0)[one.name])) in known]

@@ -37,31 +37,65 @@ class Uncertainty:
     disagreement: np.ndarray
 
 
-def uncertainty(fit, beside=()):
-    """`Uncertainty` of a fit, from the lines of its columns and of what it leaves.
+@dataclass(frozen=True, eq=False)
+class Score:
+    """What a record says of small changes of a rig's p parameters, and of how sure that is.
+
+    Attributes
+    ----------
+    information, shared, white : ndarray, shape (p, p)
+        Fisher's information; the covariance of the slopes where outputs share a noise, as that of an unknown force,
+        and say less than two would; and the information if the noise were white.
+    in_time, in_band : ndarray, shape (parts, p)
+        Slopes of the weighted squares by parts of the record, and of the band.
+    """
+
+    information: np.ndarray
+    shared: np.ndarray
+    white: np.ndarray
+    in_time: np.ndarray
+    in_band: np.ndarray
+
+    def __add__(self, other):
+        """Of both records."""
+        sums = (getattr(self, name) + getattr(other, name) for name in ("information", "shared", "white"))
+        return Score(*sums, np.concatenate([self.in_time, other.in_time]), self.in_band + other.in_band)
+
+
+def score(fit, beside=()):
+    """`Score` of a fit, from the lines of its columns and of what it leaves.
 
     ``beside`` are columns (n, q) of what else was estimated, as the delay that was taken from a record.
     """
     own = np.concatenate([fit.own, *(fit.freed.lines(fit.lines, column)[..., None] for column in beside)], axis=-1)
     weights, count = noise_weights(fit.left, fit.owners), fit.values.size
     weighted = weights[..., None] * own
-    inverted = inverse(normal_equations(own, fit.left, weights)[0])
-    # Outputs that share a noise, as that of an unknown force, say less than two would.
-    shared = 0.0
+    information, shared = normal_equations(own, fit.left, weights)[0], 0.0
     for owner in np.unique(fit.owners):
         heavy, spectra = weighted[fit.owners == owner], _spectra(fit.left[fit.owners == owner])
         shared = shared + np.einsum("blip,lij,bljq->pq", heavy.conj(), spectra, heavy, optimize=True).real
-    covariance = inverted @ shared @ inverted
-    error = np.sqrt(np.maximum(np.diag(covariance)[:count], 1e-300))
-    pulls = np.einsum("blip,bli->blp", weighted.conj(), fit.left).real @ inverted[:, :count]
-    disagreement = np.maximum(*(_disagreement(pulls, axis, error) for axis in (0, 1)))
-    bound = np.sqrt(
-        np.diag(inverse(normal_equations(own[..., :count], fit.left, white_weights(fit.left, fit.owners))[0]))
-    )
+    slopes = np.einsum("blip,bli->blp", weighted.conj(), fit.left).real
+    white = normal_equations(fit.own, fit.left, white_weights(fit.left, fit.owners))[0]
+    # Without what a change of the parameters shares with that of all beside them.
+    alone = np.eye(count, len(information))
+    alone[:, count:] = -information[:count, count:] @ inverse(information[count:, count:])
+    return Score(
+        alone @ information @ alone.T, alone @ shared @ alone.T, white,
+        *(_sums(slopes @ alone.T, axis) for axis in (0, 1)),
+    )  # fmt: skip
+
+
+def uncertainty(found):
+    """`Uncertainty` of the parameters with a `Score`."""
+    inverted = inverse(found.information)
+    covariance = inverted @ found.shared @ inverted
+    error = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    time = np.array([part.sum(axis=0) for part in np.array_split(found.in_time, min(_PARTS, len(found.in_time)))])
+    disagreement = np.maximum(*(_disagreement(slopes @ inverted, error) for slopes in (time, found.in_band)))
+    bound = np.sqrt(np.diag(inverse(found.white)))
     quantile = np.where(disagreement > 1, stats.t.ppf(0.975, _PARTS - 1), stats.norm.ppf(0.975))
     grown = error * disagreement
-    covariance = covariance[:count, :count] * np.outer(disagreement, disagreement)
-    return Uncertainty(covariance, grown, quantile * grown, bound, disagreement)
+    return Uncertainty(covariance * np.outer(disagreement, disagreement), grown, quantile * grown, bound, disagreement)
 
 
 def _spectra(left):
@@ -71,10 +105,14 @@ def _spectra(left):
     return uniform_filter1d(spectra.real, lines, axis=0) + 1j * uniform_filter1d(spectra.imag, lines, axis=0)
 
 
-def _disagreement(pulls, axis, error):
-    """Standard error from parts of the record along an axis, over the one from noise, where chance would not do it."""
-    parts = np.array_split(pulls, min(_PARTS, pulls.shape[axis]), axis=axis)
-    sums = np.array([part.sum(axis=(0, 1)) for part in parts])
+def _sums(slopes, axis):
+    """Of slopes (blocks, lines, p) in parts along an axis, (parts, p)."""
+    parts = np.array_split(slopes, min(_PARTS, slopes.shape[axis]), axis=axis)
+    return np.array([part.sum(axis=(0, 1)) for part in parts])
+
+
+def _disagreement(sums, error):
+    """Standard error from the pulls of parts (parts, p), over the one from noise, where chance would not do it."""
     g = len(sums)
     ratio = np.sum((sums - sums.mean(axis=0)) ** 2, axis=0) * g / (g - 1) / error**2
     return np.where(ratio > stats.chi2.isf(_ODD, g - 1) / (g - 1), np.sqrt(ratio), 1.0)

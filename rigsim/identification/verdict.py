@@ -17,6 +17,7 @@ _DROWNED = 0.5  # of an output
 _ODD = 0.02  # of a parameter: half-width that comes from parts of the record that disagree
 _SEEN, _MOST = 1e-3, 0.3  # of an output, and of what is left of it: worth a word
 _UNIT = 0.01  # kg
+_CURED = ("break", "rest")  # without a mend that `Record.realigned` could do
 _FILTERED = (
     "all outputs are late and low-passed alike, as where a force is read before its amplifier or filter, whose gain "
     "would scale every parameter: read it at the rig, or weigh a mass"
@@ -61,8 +62,8 @@ def judged(record, band, modes, values, misfit, folded, trust, mended, told, noi
     if errors is not None and _behind_a_filter(record, mended, troubles):
         doubts.append(_FILTERED)
     noticed = [*_noticed(trust, doubts), *(f"noticed: {trouble.message}" for trouble in left)]
-    hopeless = [trouble.message for trouble in mended if not trouble.mend and trouble.name != "break"]
-    cured = [trouble.message for trouble in mended if trouble.mend or trouble.name == "break"]
+    cured = [trouble.message for trouble in mended if trouble.mend or trouble.name in _CURED]
+    hopeless = [trouble.message for trouble in mended if trouble.message not in cured]
     message = "; ".join([*hopeless, *doubts, *noticed, *(f"mended: {text}" for text in cured)])
     return {
         "k3": k3, "parameters": rig_of(layout, values, [*mended, *told]), "errors": errors,

@@ -328,7 +328,8 @@ def mass_matrix(parameters):
 def linear_modes(parameters):
     """`Modes` of the rig about its static equilibrium.
 
-    Shapes are over (xs, X, Y, tilt); named "frame", "axial", "bounce" and "rocking" by the motion of P.
+    Shapes are over (xs, X, Y, tilt); named "frame", "axial", "bounce" and "rocking" by the motion of the
+    sets' middle, which is P unless ``set_centre`` says otherwise.
 
     Parameters
     ----------
@@ -345,12 +346,12 @@ def linear_modes(parameters):
     stiffness, damping = np.empty((4, 4)), np.empty((4, 4))
     tangent_stiffness(q, rigs[0], wires[0], stiffness)
     damping_matrix(q, rigs[0], wires[0], damping)
-    # Named as seen from P: a pendulum about P rocks, however far off the centre of mass lies.
-    about_P = np.eye(4)
-    about_P[1:3, 3] = parameters.LG * np.array([-np.sin(q[3]), np.cos(q[3])])
-    matrices = (about_P.T @ matrix @ about_P for matrix in (mass_matrix(parameters), damping, stiffness))
+    # Named as seen from the sets' middle: a pendulum about it rocks, however far off the centre of mass lies.
+    about_it = np.eye(4)
+    about_it[1:3, 3] = (parameters.LG - parameters.set_centre) * np.array([-np.sin(q[3]), np.cos(q[3])])
+    matrices = (about_it.T @ matrix @ about_it for matrix in (mass_matrix(parameters), damping, stiffness))
     modes = modes_of(*matrices, names=COORDINATES)
-    return replace(modes, shape=largest_to_one(modes.shape @ about_P.T), about=about)
+    return replace(modes, shape=largest_to_one(modes.shape @ about_it.T), about=about)
 
 
 def longest_step(parameters):

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import checks
+from ..experiment.out_of_plane import planar_word
 from ..experiment.sine_test import LOWEST, SineTest, sine_test
 from ..model.excitation import Tap
 from ..parameters import oscillator_of, rig_of
@@ -57,6 +58,11 @@ class Overlay(Result):
         return result
 
     @property
+    def rigs(self):
+        """Every test's `RigParameters`, a tuple."""
+        return tuple(p for test in self.tests for p in test.parameters)
+
+    @property
     def circles(self):
         """Four arrays (k,), of every test that settled on a branch: frequency (Hz), lines of xs, x and z at it (m)."""
         kept = [np.isin(branch, (*BRANCHES, "only")) for branch in self.branch]
@@ -89,6 +95,7 @@ class Overlay(Result):
         return (
             f"Overlay: {names.size} tests at {self.response.frequency.size} frequencies, {named} settled on a branch "
             f"of the theory; {len(self.missing())} branches it calls stable were not reached"
+            f"{planar_word(self.rigs)}"
         )
 
     def table(self):

@@ -33,8 +33,13 @@ for reading in 3 * ["all", "force"]:
     seconds[reading].append(time.perf_counter() - begun)
 estimate, second = min(seconds["all"]), min(seconds["force"])
 after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+record = Record.joined(10 * [record])
+begun = time.perf_counter()
+identify(record)
+long = time.perf_counter() - begun
+most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 scale = 1 if sys.platform == "darwin" else 1024
-print(json.dumps([first, estimate, second, before * scale, after * scale]))
+print(json.dumps([first, estimate, second, long, *(scale * size for size in (before, after, most))]))
 """
 
 
@@ -59,7 +64,7 @@ def measure():
         file = Path(folder) / "record.nc"
         record.save(file)
         done = subprocess.run([sys.executable, "-c", _CHILD, file], capture_output=True, text=True, check=True)
-    first, estimate, second, before, after = json.loads(done.stdout)
+    first, estimate, second, long, before, after, most = json.loads(done.stdout)
     channels = np.stack([record.force, record.relative**3, record.shaker, record.mass], axis=1)
     channels /= channels.std(axis=0)
     unit = fastest(lambda: hankel_gram(channels, 2 * BLOCK_ROWS), 2)
@@ -82,6 +87,8 @@ def measure():
             "s",
             second / estimate - 1,
         ),
+        ("identify ten times the record, against the record", long, "s", long / second),
         ("largest memory of the process", after / 2**20, "MiB", None),
+        ("the same with ten times the record", most / 2**20, "MiB", None),
         ("of it before identify was called", before / 2**20, "MiB", None),
     ]

@@ -221,3 +221,16 @@ def test_the_window_holds_the_last_second_at_any_step(step):
 def test_bad_input_is_named(changes, named):
     with pytest.raises(ValueError, match=named):
         sine_test(**{"parameters": RIG, "force": FORCE, "frequency": 20.0} | changes)
+
+
+def test_a_fast_neighbour_changes_no_bit():
+    """300 Hz is sampled five times as often as 30 Hz: what is read, and recorded, at 30 Hz is what it is alone."""
+    together = sine_test(RIG, FORCE, [30.0, 300.0], duration=1)
+    for i, f in enumerate((30.0, 300.0)):
+        alone = sine_test(RIG, FORCE, f, duration=1)
+        for name in ARRAYS[:-2]:
+            np.testing.assert_array_equal(getattr(together, name)[i], getattr(alone, name)[0], err_msg=name)
+        one, other = together.record(i), alone.record(0)
+        assert one.sample_rate == other.sample_rate and one.force.size == other.force.size
+        for name, channel in one.channels.items():
+            np.testing.assert_array_equal(channel, getattr(other, name), err_msg=name)

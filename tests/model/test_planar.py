@@ -65,6 +65,7 @@ def rigs(draw):
     d, Lm = number(0.005, 0.1), number(0.01, 0.1)
     k = tuple(number(1.0, 1e5) for _ in range(4 * sets)) if draw(st.booleans()) else number(1.0, 1e5)
     LG = number(-0.4, 0.4) * Lm
+    centre = draw(st.sampled_from([0.0, 0.3, 0.9])) * LG
     return RigParameters(
         ms=number(0.05, 1),
         ks=number(0, 1) * 1e5 + 1,
@@ -79,6 +80,7 @@ def rigs(draw):
         LG=LG,
         wire_sets=sets,
         set_half_spacing=number(0, 1) * (Lm / 2 - abs(LG)) if sets == 2 and draw(st.booleans()) else None,
+        set_centre=centre,
         gravity=number(0, 20),
         wire_damping=draw(st.sampled_from([0.0, 3.0])),
         rocking_damping=draw(st.sampled_from([0.0, 1e-4])),
@@ -311,3 +313,19 @@ def test_closed_form_damping_is_the_elimination_s():
         centre_damping(q, v, rigs[0], wires[0], mass, 5e-5, np.empty((4, 4)), force)
         found.append(force)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
+
+
+def test_what_tilts_a_rig_is_the_weights_arm_from_the_sets_middle():
+    """Sets in the cylinder's middle: no tilt on one set or two. Half way there: half the arm, on a wider pair."""
+    for p in (RIG, ONE_SET):
+        balanced, half = p.replace(set_centre=p.LG), p.replace(set_centre=p.LG / 2)
+        assert abs(static_equilibrium(balanced).tilt) < 1e-12 < abs(static_equilibrium(half).tilt)
+        # the same cylinder, seen from a P that lies in the sets' middle
+        seen = p.replace(LG=p.LG / 2, set_half_spacing=None if p.wire_sets == 1 else half.half_spacing)
+        assert static_equilibrium(half).tilt == pytest.approx(static_equilibrium(seen).tilt, rel=1e-9)
+        assert linear_modes(half.replace(c=0)).frequency == pytest.approx(linear_modes(seen.replace(c=0)).frequency)
+        assert linear_modes(half).names == linear_modes(p).names
+    wide = RIG.replace(set_centre=RIG.LG)
+    rocking = lambda p: dict(zip(linear_modes(p).names, linear_modes(p).frequency, strict=True))["rocking"]  # noqa: E731
+    beam = np.sqrt(4 * wide.k * wide.half_spacing**2 / wide.inertia) / (2 * np.pi)  # upright wires, at both ends
+    assert rocking(wide) == pytest.approx(beam, rel=1e-3)

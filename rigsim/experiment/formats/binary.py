@@ -14,11 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
+from ...campaign.stop import sliced
+from ..on_disk import Room
 from . import details as json_details
 from .contents import Column, Contents
 from .regular import opened
 
 _HEADER = 1 << 22  # bytes of the child's answer before the samples
+_PIECE = 1 << 20  # samples at a time
 _START = 60.0  # s, for Python to start and to import: no file decides that
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 # By the ending of a name: how such a file may begin, what reads it and what it is called; MAT files say it further on.
@@ -91,11 +94,14 @@ def _contents(path, answer, size, form):
                     raise ValueError(f"{told}: {said['error']}")
                 column.why = said["error"]
                 continue
-            column.first, samples = said["first"], np.empty(column.samples)
-            if answer.readinto(samples.view("u1")) != samples.nbytes:
-                raise ValueError(f"{told}: reading it ended early")
+            column.first, room = said["first"], Room(column.samples)
+            for part in sliced(column.samples, _PIECE):
+                samples = np.empty(part.stop - part.start)
+                if answer.readinto(samples.view("u1")) != samples.nbytes:
+                    raise ValueError(f"{told}: reading it ended early")
+                room.add(samples)
             if index in indices:
-                found[index] = use(index, samples)
+                found[index] = use(index, room.whole())
             if len(found) == len(indices) and indices:
                 break
         return [found[index] for index in indices]

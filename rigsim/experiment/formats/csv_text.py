@@ -17,6 +17,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from ..on_disk import Room
 from . import details as json_details
 from . import headings, sniff
 from .contents import Column, Contents
@@ -166,24 +167,18 @@ class _Text:
     def values(self, indices, use):
         """What ``use`` makes of the samples of those columns; those of stamps are seconds."""
         per_row = max(np.mean([len(line) for line in self.lines[self.start :]]), 2)
-        room = int(1.02 * self._size / per_row) + 1000
-        found, count, self.cut = [np.empty(room) for _ in indices], 0, None
+        expected = int(1.02 * self._size / per_row) + 1000
+        found, self.cut = [Room(expected) for _ in indices], None
         for number, lines in self._pieces():
             for part in _numbers(self, number, lines, indices):
-                size = part[0].size if part else 0
-                if count + size > found[0].size:
-                    for array in found:
-                        array.resize(count + size + count // 4, refcheck=False)
-                for array, values in zip(found, part, strict=True):
-                    array[count : count + size] = values
-                count += size
-        for array in found:
-            array.resize(count, refcheck=False)
+                for channel, values in zip(found, part, strict=True):
+                    channel.add(values)
+        count = found[0].size if found else 0
         if not count:
             raise self.fault(self.start + 1, "no samples follow; expected a line a sample")
         if self.cut and "samples" in self.said and self.layout.separator == ",":
             raise self.fault(self.cut, "the file is cut off here; expected the end of a line")
-        return [use(index, found.pop(0)) for index in indices]
+        return [use(index, found.pop(0).whole()) for index in indices]
 
 
 def _blank(line):

@@ -9,9 +9,12 @@ The only door to ipywidgets. Every panel function returns a `LivePanel`, which c
 
 from .identification import identification_panel
 from .live import LivePanel
+from .protocol import protocol_panel
 from .record import record_panel
 from .response import response_panel
 from .rig import rig_panel
 from .shake import shake_panel
 
-__all__ = ["LivePanel", "identification_panel", "record_panel", "response_panel", "rig_panel", "shake_panel"]
+__all__ = [
+    "LivePanel", "identification_panel", "protocol_panel", "record_panel", "response_panel", "rig_panel", "shake_panel",
+]  # fmt: skip

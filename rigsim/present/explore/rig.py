@@ -50,7 +50,7 @@ def rig_panel(parameters=PAPERS_RIG, exaggeration=10):
     """
     (parameters,), exaggeration = only_rigs([parameters]), checks.one_of("exaggeration", exaggeration, _EXAGGERATIONS)
     two = parameters.double_set()
-    share = 100 * (two.set_positions[1] / two.replace(set_half_spacing=None).set_positions[1])
+    share = 100 * (two.half_spacing / (two.replace(set_half_spacing=None).half_spacing or 1))
     controls = {
         "sets": sets_choice(parameters),
         "stretch": stretch_slider(parameters),
@@ -69,7 +69,7 @@ def rig_panel(parameters=PAPERS_RIG, exaggeration=10):
 
     def update(sets, stretch, offset, spacing, gravity, exaggeration):
         widest = two.replace(LG=1e-3 * offset, set_half_spacing=None, gravity=gravity)
-        rig = changed(widest, stretch, sets, set_half_spacing=spacing / 100 * widest.set_positions[1])
+        rig = changed(widest, stretch, sets, set_half_spacing=spacing / 100 * widest.half_spacing)
         at, modes = static_equilibrium(rig), linear_modes(rig)
         while exaggeration > 1 and exaggeration * abs(at.tilt) > _LARGEST_DRAWN:
             exaggeration //= 10
@@ -84,7 +84,7 @@ def rig_panel(parameters=PAPERS_RIG, exaggeration=10):
 
 def _fix_axes(axes, parameters):
     """Limits that hold the rig at the largest offset the slider has."""
-    far = parameters.replace(LG=0.45 * parameters.Lm, set_half_spacing=None)
+    far = parameters.replace(LG=0.45 * parameters.Lm, set_half_spacing=None, set_centre=0)
     x, y = 1e3 * rig_parts(far, [0.0, far.LG, 0.0, 0.0])["ground"].T
     axes.set(
         xlabel="x [mm]", ylabel="y [mm]", aspect="equal",

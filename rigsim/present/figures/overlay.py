@@ -5,6 +5,7 @@ import numpy as np
 from ...paper.virtual_experiment import BRANCHES
 from ...parameters import oscillator_of
 from ...results import Status
+from .out_of_plane import in_space, rings
 from .response import frequency_response_figure
 from .style import BLACK, MOTIONS, PANELS, legend, marks, outer_labels, style, subplots
 
@@ -18,7 +19,7 @@ _LOOKS = {name: {"marker": shape, "color": MOTIONS[name]} for name, shape in _SH
 }
 
 
-def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
+def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0), space=()):
     """The paper's Fig. 6: theory's lines, and the rig's points on them, one look for each motion.
 
     Parameters
@@ -31,6 +32,9 @@ def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
         Their theory is drawn thin beside the first.
     band : pair of float
         Hz.
+    space : OutOfPlane or sequence of them
+        What `SineTest.out_of_plane` says of the overlay's tests: rings mark where these are optimistic. Without it the
+        figure warns of a single wire set.
 
     Raises
     ------
@@ -44,7 +48,7 @@ def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
     names = np.concatenate(overlay.branch)
     at = np.concatenate([test.frequency for test in overlay.tests])
     counts = {name: int((names == name).sum()) for name in _LOOKS if (names == name).any()}
-    missing = overlay.missing()
+    missing, (space, warned) = overlay.missing(), in_space(space, overlay.rigs)
     index = np.searchsorted(overlay.response.frequency, [f for f, _ in missing])
     column = np.array([0 if name == "only" else BRANCHES.index(name) for _, name in missing], dtype=int)
     alt = (
@@ -52,6 +56,7 @@ def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
         f"hertz at {theory.force:g} newtons: lines of theory, stable solid and unstable dashed, and {names.size} tests "
         f"of the rig: {', '.join(f'{count} {_label(name)}' for name, count in counts.items())}. "
         + _missing_words([f for f, _ in missing])
+        + (f" Note: {warned}." if warned else "")
     )
     with style():
         figure, grid = subplots(3, 1, alt=alt, ax=ax, height=9.6, sharex=True)
@@ -67,6 +72,7 @@ def branches_figure(overlay, *, ax=None, nominal=None, band=(10.0, 80.0)):
                 look = {"marker": "x", "color": BLACK, "label": "stable in theory, not reached", "zorder": 4}
                 marks(axes, overlay.response.frequency[index], amplitude, look)
             axes.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
+        rings(grid, space, warned)
         outer_labels(grid, ax=ax)
         legend(grid, ax=ax, loc="outside upper center", columns=3)
     return figure

@@ -61,6 +61,7 @@ def rig_figure(result, *, ax=None, beside=(), exaggeration=1.0, titles=None):
 
 def _rig_words(p, q):
     spacing = "" if p.wire_sets == 1 else f", {1e3 * (p.set_positions[1] - p.set_positions[0]):.3g} mm apart"
+    spacing += f", their middle {1e3 * p.set_centre:.3g} mm from P" if p.set_centre else ""
     words = (
         f"A cylinder {1e3 * p.Lm:.3g} mm long and {2e3 * p.Rm:.3g} mm thick hangs in a frame on {SETS[p.wire_sets]}"
         f"{spacing}, wires {1e3 * p.d:.3g} mm long, its centre of mass {1e3 * p.LG:.3g} mm from P"
@@ -151,6 +152,11 @@ def _dimensions(axes, p, q, top):
         for x in (origin, origin + LG):
             leader((x, 0.05 * top), (x, over + gap))
     sets = origin + 1e3 * np.array(p.set_positions)
+    if p.set_centre:
+        over, text = -0.62 * top, f"sets' middle\n{1e3 * p.set_centre:.4g} mm"
+        dimension((origin, over), (sets.mean(), over), text, (max(origin, sets.mean()) + gap, over))
+        for x in (origin, sets.mean()):
+            leader((x, -0.05 * top), (x, over - gap))
     if sets[-1] > sets[0]:
         over, text = -0.8 * top, f"{sets[-1] - sets[0]:.4g} mm"
         dimension((sets[0], over), (sets[-1], over), text, (sets.mean(), over + gap), "center", "bottom")

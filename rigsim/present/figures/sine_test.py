@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from ...experiment.out_of_plane import planar_only
 from ...results import Status
+from .out_of_plane import in_space, rings
 from .style import BLACK, BLUE, MOTIONS, legend, log_scale, marks, outer_labels, style, subplots
 
 _NAMES = {"shaker": "shaker xs", "mass": "mass x", "relative": "relative z"}
@@ -15,18 +17,24 @@ _STATUS = {
 }
 
 
-def sine_test_figure(test, *, ax=None):
+def out_of_plane_figure(result, *, ax=None):
+    """The planar `SineTest` of an `OutOfPlane`, with rings where it does not last or is optimistic."""
+    return sine_test_figure(result.test, ax=ax, space=result)
+
+
+def sine_test_figure(test, *, ax=None, space=()):
     """Amplitudes of xs, x and z of a `SineTest` over frequency, one symbol for each status; filled after a tap.
 
-    A rig that flew apart has no amplitude: a cross on the lower edge marks its frequency.
+    A rig that flew apart has no amplitude: a cross on the lower edge marks its frequency. Rings mark what ``space``,
+    `OutOfPlane` of the same tests, says of three dimensions; without it the figure warns of a single wire set.
     """
-    tapped = _tapped(test)
+    tapped, (space, warned) = _tapped(test), in_space(space, test.parameters)
     told = ", ".join(f"{int((test.status == s).sum())} {s}" for s in Status if (test.status == s).any())
     largest = np.nanmax(abs(test.relative)) if np.isfinite(test.relative).any() else np.nan
     alt = (
         f"Amplitudes of shaker, mass and relative displacement of {test.frequency.size} sine tests "
         f"from {test.frequency.min():g} to {test.frequency.max():g} Hz, {int(tapped.sum())} of them tapped: {told}; "
-        f"largest relative amplitude {1e3 * largest:.3g} mm."
+        f"largest relative amplitude {1e3 * largest:.3g} mm{f'; {warned}' if warned else ''}."
     )
     with style():
         figure, grid = subplots(3, 1, alt=alt, ax=ax, height=8.4, sharex=True)
@@ -40,6 +48,7 @@ def sine_test_figure(test, *, ax=None):
                         marks(axes, test.frequency[points], amplitude[points], look, filled=tap, label=label)
             axes.set(xlabel="frequency [Hz]", ylabel=f"{words} [mm]")
             log_scale(axes, (1, 2, 5))
+        rings(grid, space, warned)
         outer_labels(grid, ax=ax)
         legend(grid, ax=ax, loc="outside upper center", columns=3)
     return figure
@@ -56,6 +65,7 @@ def distortion_figure(test, *, ax=None):
     """
     percent = 100 * test.distortion
     settled, tapped = test.status == Status.SETTLED, _tapped(test)
+    warned = ", in the plane only" if planar_only(test.parameters) else ""
     words = []
     for column, name in enumerate(_NAMES.values()):
         if settled.any():
@@ -81,7 +91,7 @@ def distortion_figure(test, *, ax=None):
                         marks(axes, test.frequency[these], percent[these, column], look, **key)
             axes.axhline(5, color=BLACK, linestyle="--", linewidth=1.2, label="5 %")
             log_scale(axes)
-            axes.set(xlabel="frequency [Hz]", ylabel="largest harmonic [%]", title=name)
+            axes.set(xlabel="frequency [Hz]", ylabel="largest harmonic [%]", title=f"{name}{warned}")
         outer_labels(grid, ax=ax)
         legend(grid, ax=ax, loc="outside upper center", columns=4)
     return figure

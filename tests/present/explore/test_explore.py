@@ -17,6 +17,7 @@ from rigsim.parameters import OscillatorParameters, RigParameters
 from rigsim.present.explore import (
     LivePanel,
     identification_panel,
+    protocol_panel,
     record_panel,
     response_panel,
     rig_panel,
@@ -27,7 +28,7 @@ from rigsim.theory.amplitude import frequency_response
 from rigsim.theory.detached import detached_curves
 from tests.identification.cubic import cubic_record
 
-PANELS = [response_panel, rig_panel, shake_panel, identification_panel]
+PANELS = [response_panel, rig_panel, shake_panel, protocol_panel, identification_panel]
 
 
 @pytest.fixture
@@ -269,6 +270,24 @@ def test_what_is_stopped_says_so_and_closing_stops(opened):
     begun = time.perf_counter()
     panel.close()
     assert time.perf_counter() - begun < 2
+
+
+def test_a_test_on_the_bench_is_drawn_with_its_jump_and_the_one_before_stays(opened):
+    panel = opened(protocol_panel, rate=5.0)
+    panel.controls["protocol"].value = "swept down"
+    panel.start.click()
+    panel.wait()
+    assert "swept_test" in panel.message.value and "(z rises)" in panel.message.value
+    lines = drawn(panel)
+    swept = lines["settled, or in passing"].get_xydata()
+    assert len(swept) > 40 and swept[0, 0] > 75 and 50 < lines["jump"].get_xdata()[0] < 57
+    assert not lines["the test before"].get_xydata().size
+    panel.controls["protocol"].value = "swept up"
+    panel.start.click()
+    panel.wait()
+    np.testing.assert_array_equal(lines["the test before"].get_xydata(), swept)
+    panel.controls["force"].value = 2.0
+    assert not lines["settled, or in passing"].get_xydata().size
 
 
 def test_spectrum_is_that_of_the_last_test(opened):

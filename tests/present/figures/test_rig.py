@@ -30,6 +30,15 @@ def test_figure_of_the_rig_has_dimensions_units_and_words():
     assert "25 mm long" in figure.alt and "two wire sets, 18.8 mm apart" in figure.alt
 
 
+def test_sets_off_P_are_drawn_where_they_are_and_said():
+    rig = RIG.replace(set_centre=RIG.LG)
+    figure = rig.plot()
+    assert "two wire sets, 25 mm apart, their middle 3.12 mm from P" in figure.alt and "middle" not in RIG.plot().alt
+    assert "sets' middle\n3.125 mm" in texts(figure)
+    drawn = lines(figure.axes[0])["wires in the plane"]
+    assert np.unique(drawn[np.isfinite(drawn[:, 0]), 0]) == pytest.approx([-9.375, 15.625])
+
+
 def test_pair_of_rigs_says_how_much_tilt_is_exaggerated():
     at = [static_equilibrium(p) for p in (SINGLE, RIG)]
     figure = at[0].plot(beside=at[1], exaggeration=5)
@@ -41,7 +50,13 @@ def test_pair_of_rigs_says_how_much_tilt_is_exaggerated():
 
 
 def test_nothing_of_the_rig_is_drawn_outside_its_axes():
-    for rig in (RIG, SINGLE, RigParameters(d=0.02, d0=0.0199, Rm=0.01, Lm=0.05, LG=-0.01)):
+    for rig in (
+        RIG,
+        SINGLE,
+        RIG.replace(set_centre=RIG.LG),
+        SINGLE.replace(set_centre=-0.005),
+        RigParameters(d=0.02, d0=0.0199, Rm=0.01, Lm=0.05, LG=-0.01),
+    ):
         figure = rig.plot()
         figure.draw_without_rendering()
         (axes,) = figure.axes

@@ -12,7 +12,12 @@ SINGLE = RIG.single_set()
 
 
 def test_wires_in_the_drawing_are_as_long_as_in_the_model():
-    for rig in (RIG, SINGLE, RIG.replace(d=0.05, d0=0.0499, Rm=0.006, LG=-0.002, set_half_spacing=0.004)):
+    for rig in (
+        RIG,
+        SINGLE,
+        RIG.replace(set_centre=RIG.LG),
+        RIG.replace(d=0.05, d0=0.0499, Rm=0.006, LG=-0.002, set_half_spacing=0.004),
+    ):
         rng = np.random.default_rng(3)
         q = rest_position(rig) + rng.normal(size=(5, 4)) * [1e-3, 1e-3, 1e-3, 0.1]
         for at, wires in zip(q, rig_parts(rig, q)["wires"], strict=True):

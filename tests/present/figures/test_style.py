@@ -72,6 +72,7 @@ EXAMPLES = {
     "frequency_response_figure": (
         lambda: rigsim.frequency_response(RIG, 3.18, np.linspace(10, 80, 50)), "response", {}, 3,
     ),
+    "growth_figure": (lambda: shaken().out_of_plane(), "growth", {}, 2),
     "harmonics_figure": (
         lambda: rigsim.harmonics_worth(RIG, 3.18, (50, 60), harmonics=(1, 3)), "harmonics", {}, 2,
     ),
@@ -87,6 +88,7 @@ EXAMPLES = {
     "modes_figure": (lambda: rigsim.linear_modes(RIG), "shapes", {}, 4),
     "nonlinear_coefficient_figure": (lambda: identified()[0], "nonlinear coefficient", {}, 2),
     "orbits_figure": (lambda: rigsim.periodic_orbits(RIG, 3.18, (20, 60), harmonics=1)[0], "orbits", {}, 3),
+    "out_of_plane_figure": (lambda: shaken().out_of_plane(), "marks", {}, 3),
     "parameter_figure": (lambda: identified()[0], "parameters", {}, 2),
     "phase_locked_figure": (
         lambda: rigsim.phase_locked_test(RIG, [0.1, 0.2], average=0.5, patience=2.0), "backbone", {}, 1,
