@@ -110,7 +110,7 @@ class SineTest(Result):
 
         `ValueError` if there is no test ``i``, or it does not last.
         """
-        return in_space(self, i)
+        return in_space(self, checks.integer("i", i, low=0, high=len(self.frequency) - 1))
 
     def summary(self):
         """One line: how many tests, how many of each status."""
