@@ -75,8 +75,7 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
     panels = [drawing(shapes, time.size, name, above=i + 1 >= len(rigs)) for i, (shapes, name) in enumerate(others)]
     panels += beside(time, records, channels)
     columns = max(2, len(rigs))
-    drawn = "{} {}, {} {}".format(*(word for name, factor in zip(("displacements", "angles"), factors, strict=True)
-                                    for word in (name, _times(factor))))  # fmt: skip
+    drawn = f"displacements {_times(factors[0])}, angles {_times(factors[1])}"
     words = [_words(*each) for each in zip(rigs, states, titles, strict=True)]
     told = [[_note(p, each, title) for each in at] for p, at, title in zip(rigs, states, titles, strict=True)]
     moving = animate(
