@@ -65,10 +65,10 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
     time, states = motions[0][0], [each for _, each in motions]
     factors = [_shown(*each) for each in zip(factors, _largest(rigs, states), _DRAWN, strict=True)]
     key = tension_key([spatial.wire_pull(p, each)[0] for p, each in zip(rigs, states, strict=True)])
-    space = any(isinstance(each, SpaceRecord) for each in records)
+    space = [isinstance(each, SpaceRecord) for each in records]
     drawings = [
         (view(p, each, key, *factors, above), f"{title}, from above" if above else title)
-        for above in (False, True)[: 1 + space]
+        for above in (False, True)[: 1 + any(space)]
         for p, each, title in zip(rigs, states, titles, strict=True)
     ]
     (first, title), *others = drawings
@@ -84,7 +84,7 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
         alt=f"From {1e3 * time[0]:.4g} to {1e3 * time[-1]:.4g} ms, {drawn}. {' '.join(words)} "
         f"Beside, of the same window: {', '.join(channels)}.",
         caption=f"{drawn.capitalize()}. Wires have the colour of their tension, circles are wires seen end on."
-        + ("" if space else " The height of P is not recorded, and is where the wires carry the mass."),
+        + ("" if all(space) else " The height of P is not recorded, and is where the wires carry the mass."),
         notes=["; ".join(each) for each in zip(*told, strict=True)],
     )  # fmt: skip
     if moving.megabytes > _MEGABYTES:
