@@ -71,7 +71,8 @@ def view(parameters, states, key, displacement, angles, above=False):
     centre = P[:, [0, second]] + parameters.LG * np.stack([np.cos(seen), np.sin(seen)], axis=-1)
     parts = rig_parts(parameters, np.column_stack([xs, centre, seen]))
     if roll.any() or yaw.any():
-        parts["mass"] = _outline(parameters, P + parameters.LG * turn[:, :, 0], turn[:, :, 0], second)
+        middle = P + parameters.LG * turn[:, :, 0]
+        parts |= {"G": middle[:, None, [0, second]], "mass": _outline(parameters, middle, turn[:, :, 0], second)}
     # Of each set, up and down are seen from the side, left and right from above, and of the others the nearer one.
     place, nearer = np.arange(tension.shape[1]) % 4, 0 if above else 3
     across = (place < 2) == above
