@@ -3,7 +3,7 @@
 import numpy as np
 
 from ... import checks
-from ...experiment.out_of_plane import SpaceRecord
+from ...experiment.out_of_plane import SpaceRecord, planar_only
 from ...experiment.record import Record
 from ...model import spatial
 from ..figures.rig_parts import SETS, only_rigs
@@ -78,13 +78,15 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
     drawn = f"displacements {_times(factors[0])}, angles {_times(factors[1])}"
     words = [_words(*each) for each in zip(rigs, states, titles, strict=True)]
     told = [[_note(p, each, title) for each in at] for p, at, title in zip(rigs, states, titles, strict=True)]
+    alone = planar_only([p for p, free in zip(rigs, space, strict=True) if not free])
     moving = animate(
         time, first, title=title, panels=panels, columns=columns, digits=4, width=9.5, key=key,
         height=0.8 + 3.9 * -(-(1 + len(panels)) // columns), seconds=seconds,
         alt=f"From {1e3 * time[0]:.4g} to {1e3 * time[-1]:.4g} ms, {drawn}. {' '.join(words)} "
         f"Beside, of the same window: {', '.join(channels)}.",
         caption=f"{drawn.capitalize()}. Wires have the colour of their tension, circles are wires seen end on."
-        + ("" if all(space) else " The height of P is not recorded, and is where the wires carry the mass."),
+        + ("" if all(space) else " The height of P is not recorded, and is where the wires carry the mass.")
+        + (f" Note: {alone}." if alone else ""),
         notes=["; ".join(each) for each in zip(*told, strict=True)],
     )  # fmt: skip
     if moving.megabytes > _MEGABYTES:
