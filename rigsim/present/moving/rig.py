@@ -48,8 +48,9 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
     Raises
     ------
     ValueError
-        If the parameters are not a rig's, a record has no tilt, the instants lie outside it, a ``channel`` is
-        unknown, there are not as many records or titles as rigs, or the animation takes more than 4 MB of a page.
+        If the parameters are not a rig's, a record has no tilt or no displacements, the instants lie outside it, a
+        ``channel`` is unknown, there are not as many records or titles as rigs, or the animation takes more than 4 MB
+        of a page.
     """
     rigs, records = only_rigs(as_tuple(parameters)), checks.one_or_many("record", record, Record, "a Record")
     titles = [SETS[p.wire_sets].capitalize() for p in rigs] if titles is None else titles
@@ -82,7 +83,7 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
     moving = animate(
         time, first, title=title, panels=panels, columns=columns, digits=4, width=9.5, key=key,
         height=0.8 + 3.9 * -(-(1 + len(panels)) // columns), seconds=seconds,
-        alt=f"From {1e3 * time[0]:.4g} to {1e3 * time[-1]:.4g} ms, {drawn}. {' '.join(words)} "
+        alt=f"From {1e3 * time[0]:.4g} to {1e3 * time[-1]:.4g} ms in {time.size} pictures, {drawn}. {' '.join(words)} "
         f"Beside, of the same window: {', '.join(channels)}.",
         caption=f"{drawn.capitalize()}. Wires have the colour of their tension, circles are wires seen end on."
         + ("" if all(space) else " The height of P is not recorded, and is where the wires carry the mass.")
@@ -147,6 +148,11 @@ def rig_motion(parameters, record, start=0.0, stop=None, frames=48):
     (parameters,) = only_rigs([parameters])
     if record.tilt is None:
         raise ValueError("record has no tilt; expected one of the multi-body rig")
+    if set(record.kinds.values()) != {"displacement"} or record.mass is None or record.base:
+        raise ValueError(
+            f"record has {', '.join(record.units)} in {', '.join(record.units.values())}; expected the force, "
+            "and displacements of shaker and mass"
+        )
     last = record.time[-1]
     start = checks.real("start", start, "s", low=0.0, high=last)
     stop = checks.real("stop", last if stop is None else stop, "s", low=start, high=last, low_open=True)

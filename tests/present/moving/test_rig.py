@@ -226,6 +226,7 @@ def test_motion_of_a_resting_record_is_rest():
     [
         (lambda record: rig_animation(RIG.oscillator, record), "no shape to draw"),
         (lambda record: rig_animation(RIG, Record([0, 1], [0, 1], [0, 1], 10.0)), "record has no tilt"),
+        (lambda record: rig_animation(RIG, record.replace(kinds={"mass": "velocity"})), "mass, tilt in N, m, m/s, rad"),
         (lambda record: rig_animation(RIG, record, stop=1.0), "stop = 1 s"),
         (lambda record: rig_animation(RIG, record, start=-1.0), "start = -1 s"),
         (lambda record: rig_animation(RIG, record, start=0.1, stop=0.1), "stop = 0.1 s"),
