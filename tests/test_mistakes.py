@@ -276,6 +276,7 @@ def methods(made):
     yield "FeedbackTest.at", made["feedback"].at, {"force": 3.0}, {}
     test, compared = made["test"], lambda tests, orbits, names=None: rigsim.compare_tests(orbits, tests, names=names)
     yield "SineTest.record", test.record, {"i": 0}, {"i": "motion"}
+    yield "SineTest.in_space", test.in_space, {"i": 0}, {"i": "motion"}
     yield "SineTest.out_of_plane", test.out_of_plane, {}, {}
     yield "compare_tests", compared, {"tests": test, "orbits": made["comparison"].orbits}, {
         "tests": "object", "orbits": "object", "names": "text?"}  # fmt: skip
@@ -328,6 +329,7 @@ def pictures(made):
         ("test", "spectrum", {"indices": "places", "beside": "objects", "highest": "not negative but zero"}),
         ("statics", "rig", {"beside": "objects", "exaggeration": "not negative but zero", "titles": "text?"}),
         ("statics", "statics", {"points": "whole"}),
+        ("statics", "pymunk", {}),
         ("modes", "shapes", {"largest": "number"}),
         ("sheet", "sheet", {"force": "number?"}),
         ("sheet", "amplitude", {"forces": "within?"}),
@@ -357,6 +359,8 @@ def pictures(made):
         "start": "not negative",
         "stop": "within, 2.5?",
         "exaggeration": "not negative but zero",
+        "displacement": "not negative but zero",
+        "channel": "word",
         "frames": "whole",
         "seconds": "number",
         "titles": "text?",
@@ -367,7 +371,7 @@ def pictures(made):
     moving = {"name": "Force", "values": [1.0, 2.0], "unit": "N", "panels": panel, "alt": "words"}
     texts = dict.fromkeys(("name", "unit", "alt", "caption"), "text")
     others = {"values": "within", "panels": "object", "notes": "texts?", "start": "motion", "seconds": "number?"}
-    sizes = {"digits": "whole", "width": "size", "height": "size?", "columns": "whole, many"}
+    sizes = {"digits": "whole", "width": "size", "height": "size?", "columns": "whole, many", "key": "object?"}
     yield "MovingPlot", MovingPlot, moving, texts | others | sizes
 
 

@@ -118,6 +118,7 @@ EXAMPLES = {
     "tolerance_study_figure": (
         lambda: rigsim.tolerance_study(RIG, 3.18, {"d0": 1e-6, "m": "2 %"}, samples=64), "study", {}, 2,
     ),
+    "debug_figure": (lambda: rigsim.static_equilibrium(RIG), "pymunk", {}, 1),
     "wire_law_figure": (lambda: RIG, "wire law", {"reached": (1e-4, 2e-3)}, 2),
 }  # fmt: skip
 every_figure = pytest.mark.parametrize("name", figures.__all__)
