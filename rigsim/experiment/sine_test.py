@@ -13,6 +13,7 @@ from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import CosineForce, Tap, TapForce
 from ..parameters import rigs_of
 from ..results import Result, Status, frame
+from .kept import Kept
 from .out_of_plane import in_space, out_of_plane, planar_word
 from .record import Record
 from .steady import HARMONICS, LOWEST, WINDOW, read_or_parted, sampling
@@ -22,8 +23,12 @@ _BLOCK = 500  # samples between two looks at the keyboard
 _STEP, _READ, _KICK = 4e-7, 5e-3, 60  # seconds a step of a rig and a spectrum, bytes a step of a block
 
 
+_POINTS = ("force", "frequency", "shaker", "mass", "relative", "tilt", "distortion", "subharmonic", "drift", "status",
+           "message", "traces")  # fmt: skip
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class SineTest(Result):
+class SineTest(Kept, Result):
     """Responses of n rigs to a cosine force; every complex amplitude is zero to peak, phase against the force.
 
     Attributes
@@ -85,6 +90,12 @@ class SineTest(Result):
     def bench_time(self):
         """How long it takes one shaker to do all of it (s)."""
         return self.duration * len(self.frequency)
+
+    def points(self):
+        """Values by name, an array with a row a point; "rig" is its number among the rigs that differ."""
+        rigs = list(dict.fromkeys(self.parameters))
+        found = {name: getattr(self, name) for name in _POINTS}
+        return {"rig": [rigs.index(rig) for rig in self.parameters]} | found
 
     def record(self, i):
         """The window of test ``i`` as a `Record`; its time counts from ``time[0]``. `ValueError` if there is none."""

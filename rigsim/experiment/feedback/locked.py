@@ -24,6 +24,7 @@ from ...model.chipmunk import STARTS, RigSpace, check_step, leapfrog
 from ...model.oscillator import oscillator_modes
 from ...parameters import OscillatorParameters, RigParameters, oscillator_of, rig_of
 from ...results import ResultSequence, Status, frame
+from ..kept import Kept
 from .balance import phase_slope
 from .loop import substeps
 from .sweep import held
@@ -57,7 +58,7 @@ class LockedMotion:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PhaseLockedTest(ResultSequence):
+class PhaseLockedTest(Kept, ResultSequence):
     """What `phase_locked_test` returns: a sequence of `LockedMotion`, in the order in which they were followed.
 
     A motion has its ``force`` (N) and asked ``phase`` (deg), the ``frequency`` (Hz) that the loop found, the first
@@ -83,6 +84,7 @@ class PhaseLockedTest(ResultSequence):
     bench_time: float
 
     plots = {"backbone": "phase_locked_figure"}
+    units = {"error": "deg"}
 
     @property
     def frequency(self):

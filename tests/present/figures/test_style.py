@@ -34,6 +34,16 @@ def identified():
 
 
 @cache
+def stepped():
+    return rigsim.stepped_test(RIG, 1.0, [20.0, 22.0])
+
+
+@cache
+def compared():
+    return rigsim.compare_tests(rigsim.periodic_orbits(RIG, 1.0), stepped())
+
+
+@cache
 def shaken():
     return rigsim.sine_test(RIG, 3.18, [30.0, 66.0] * 2, [None] * 2 + [rigsim.Tap()] * 2)
 
@@ -105,6 +115,9 @@ EXAMPLES = {
     "sheet_figure": (lambda: explored(), "sheet", {"force": 3.18}, 1),
     "sine_test_figure": (shaken, "lines", {}, 3),
     "singular_value_figure": (lambda: identified()[0], "singular values", {}, 1),
+    "bench_test_figure": (stepped, "points", {}, 2),
+    "waits_figure": (stepped, "waits", {}, 1),
+    "comparison_figure": (compared, "tests", {}, 1),
     "spectrum_figure": (shaken, "spectrum", {"indices": [0, 1]}, 4),
     "stabilisation_figure": (lambda: model_order(rigsim.random_test(RIG, duration=10)), "stabilisation", {}, 2),
     "statics_figure": (lambda: rigsim.static_equilibrium(RIG), "statics", {"points": 3}, 4),
