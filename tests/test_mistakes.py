@@ -172,7 +172,7 @@ def functions(made):
     yield "nondimensional", RIG.nondimensional, {"force": 3.18}, {}
     wide = dict.fromkeys(("force", "shaker", "mass", "tilt"), "within")
     known = {"hold": "word", "seed": "seed?", "start": "word?", "parameters": "object?", "step": "within?"}
-    known |= {"base": "flag", "joints": "first samples"}
+    known |= {"base": "flag", "joints": "first samples", "slack": "pair?"}
     yield "Record", Record, channels | {"sample_rate": 10.0}, wide | known | {"tilt": "within?", "mass": "within?"}
     yield "cubic_law_error", rigsim.cubic_law_error, {"z": 1e-3, "parameters": RIG}, {"z": "any shape"}
     for name in ("oscillator_modes", "static_equilibrium", "linear_modes"):
