@@ -124,6 +124,7 @@ def made():
         "sheet": response_sheet(RIG, (20, 30), (3.0, 3.3), 1), "statics": static_equilibrium(RIG),
         "modes": linear_modes(RIG), "study": tolerance_study(RIG, 3.18, {"m": "1 %"}, samples=10),
         "converged": force_scenario(RIG, 2, band=(20, 30), force=(3.0, 3.3)),
+        "map": rigsim.wobbling_map(RIG, {"LG": [0.0, 0.001]}),
         "integrity": integrity(RIG, 3.18, 30.0, samples=16, starts=16),
     }  # fmt: skip
 
@@ -217,6 +218,8 @@ def functions(made):
     yield "tolerance_study", tolerance_study, {"parameters": RIG, "force": 3.18} | tolerances, study
     best = {"free": "object", "tolerances": "object?"}
     yield "design_for_detached_curve", rigsim.design_for_detached_curve, {"parameters": RIG, "force": 3.18}, best
+    mapped = {"over": "object", "fixed": "object?", "force": "number?", "points": "whole", "duration": "within"}
+    yield "wobbling_map", rigsim.wobbling_map, {"parameters": RIG, "over": {"LG": [0.0]}}, mapped
     yield "periodic_orbits", periodic_orbits, {"parameters": RIG, "force": 3.18}, {}
     yield "response_sheet", response_sheet, {"parameters": RIG}, {"force": "pair"}
     known = {"frequency": "within"}
@@ -321,6 +324,7 @@ def pictures(made):
         ("bench", "waits", {}),
         ("comparison", "tests", {}),
         ("study", None, {}),
+        ("map", None, {"modes": "objects"}),
         ("attractors", None, {}),
     ):  # fmt: skip
         yield f"{name}.plot({what})", made[name].plot, {"what": what}, options
