@@ -149,7 +149,7 @@ GROUPS = {"mu": "number"} | dict.fromkeys(("zeta_s", "zeta", "Omega0", "gamma"),
 RIG_KINDS = {name: kind for name, kind in NUMBERS.items() if name not in ("k1", "k3")} | LENGTHS | {
     "k": "stiffness", "wire_sets": "whole", "set_half_spacing": "in the cylinder?", "gravity": "not negative",
     "wire_damping": "not negative", "rocking_damping": "not negative", "tension_only": "flag",
-    "set_centre": "in the cylinder",
+    "set_centre": "in the cylinder", "d0": "number",
 }  # fmt: skip
 
 
@@ -218,7 +218,7 @@ def functions(made):
     yield "tolerance_study", tolerance_study, {"parameters": RIG, "force": 3.18} | tolerances, study
     best = {"free": "object", "tolerances": "object?"}
     yield "design_for_detached_curve", rigsim.design_for_detached_curve, {"parameters": RIG, "force": 3.18}, best
-    mapped = {"over": "object", "fixed": "object?", "force": "number?", "points": "whole", "duration": "within"}
+    mapped = {"over": "object", "fixed": "object?", "force": "number?", "points": "whole", "duration": "within, 2.5"}
     yield "wobbling_map", rigsim.wobbling_map, {"parameters": RIG, "over": {"LG": [0.0]}}, mapped
     yield "periodic_orbits", periodic_orbits, {"parameters": RIG, "force": 3.18}, {}
     yield "response_sheet", response_sheet, {"parameters": RIG}, {"force": "pair"}

@@ -146,6 +146,9 @@ def test_a_map_over_one_quantity_is_drawn_as_lines(tested):
 
 
 def test_a_map_over_two_quantities_is_drawn_as_maps():
+    balanced = wobbling_map(ONE_SET, {"LG": [0.0, 0.001], "stretch": [3e-6, 6e-6]}).plot()
+    shown = balanced.axes[0].collections[0].get_array()
+    assert not np.ma.getmaskarray(shown).any() and (shown[:, 0] == shown.min()).all()
     found = wobbling_map(ONE_SET, {"LG": [0.001, 0.003], "stretch": [-3e-6, 3e-6, 6e-6]})
     figure = found.plot()
     tilt, slowest = (axes.collections[0].get_array() for axes in figure.axes[:2])
@@ -153,7 +156,7 @@ def test_a_map_over_two_quantities_is_drawn_as_maps():
     np.testing.assert_allclose(tilt.filled(np.nan), expected)
     np.testing.assert_allclose(slowest.filled(np.nan), found.frequency[:, :3].min(axis=1).reshape(2, 3).T)
     assert figure.axes[0].get_xlabel() == "offset of the centre of mass LG [mm]"
-    with pytest.raises(ValueError, match="mode = 'nod' is not allowed"):
+    with pytest.raises(ValueError, match="modes = 'nod' is not allowed"):
         found.plot(modes=["nod"])
 
 

@@ -25,7 +25,7 @@ def wobbling_figure(result, *, ax=None, modes=("rocking", "yaw", "roll")):
     ValueError
         If a mode is not one of "rocking", "yaw", "roll", "bounce" and "sway".
     """
-    modes = checks.names("modes", modes, RIGID, each="mode")
+    modes = checks.names("modes", modes, RIGID)
     return (_lines if len(result.over) == 1 else _maps)(result, ax, modes)
 
 
@@ -96,7 +96,13 @@ def _maps(result, ax, modes):
         figure, panels = subplots(1, len(shown), alt=_alt(result, modes), ax=ax, width=4.2 * len(shown), height=3.9)
         for axes, (label, values, norm, colours) in zip(panels, shown, strict=True):
             values = np.ma.masked_invalid(np.reshape(values, shape).T)
-            limits = {"vmin": 0, "vmax": 100} if norm is None else {"norm": norm(*_decades(values))}
+            limits = {"vmin": 0, "vmax": 100}
+            if norm:
+                low, high = _decades(values)
+                values, limits = (
+                    np.ma.maximum(values, low),
+                    {"norm": norm(low, high)},
+                )  # no tilt at all has no logarithm
             axes.patch.set(facecolor="#E6E6E6", hatch="xx", edgecolor=GREY)
             drawn = axes.pcolormesh(x, y, values, cmap=colours, shading="nearest", **limits)
             ticks = {} if norm is None else {"ticks": LogLocator(subs=(1, 2, 5)), "format": "{x:g}"}
