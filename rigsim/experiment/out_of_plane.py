@@ -96,9 +96,13 @@ class OutOfPlane(Result):
 
 
 def planar_only(rigs):
-    """What whoever reads planar results of these `RigParameters` must be told, in words; none for two wire sets."""
-    single = any(p is not None and p.wire_sets == 1 for p in rigs)
-    return "in the plane only: a mass on one wire set may yaw, see SineTest.out_of_plane()" if single else ""
+    """What whoever reads planar results of these `RigParameters` must be told, in words; none for two taut wire sets."""
+    rigs, told = [p for p in rigs if p is not None], []
+    if any(p.wire_sets == 1 for p in rigs):
+        told.append("a mass on one wire set may yaw")
+    if any(p.gap for p in rigs):
+        told.append("without tension a mass may roll")
+    return f"in the plane only: {' and '.join(told)}, see SineTest.out_of_plane()" if told else ""
 
 
 def planar_word(rigs):
@@ -156,7 +160,7 @@ def _longest_step(parameters, rigs, wires):
     """Step (s) that takes a radian of the fastest mode, in the plane or out of it, near the installed position."""
     deviations = np.concatenate([spatial.planar_state(rest_position(parameters)), np.eye(spatial.OUT).ravel()])
     rates = spatial.rates(deviations, rigs[0], wires[0])[spatial.SIZE :].reshape(spatial.OUT, -1)
-    return min(longest_step(parameters) / 2, 1 / np.abs(np.linalg.eigvals(rates)).max())
+    return min(longest_step(parameters) / 2, 1 / max(1.0, np.abs(np.linalg.eigvals(rates)).max()))
 
 
 def _run_chunk(chunk):

@@ -272,7 +272,9 @@ def static_equilibrium(parameters):
 
     A buckled rig (d0 > d, wires that push) has two: that of z = xs - x > 0, where the mass rests behind the middle, is
     taken, followed from z = `RigParameters.gap`; on one set a tilt may tighten the wires until they pull again, and
-    leave a single one, near the middle. A slack one (d0 > d, ``tension_only``) floats without its weight, so
+    leave a single one, near the middle. Both are places of rest in the plane: out of it a roll stretches wires as well
+    as z does, so that there is a ring of them, z and roll, and the tests of a buckled rig do not stay in the plane
+    (`SineTest.out_of_plane`). A slack one (d0 > d, ``tension_only``) floats without its weight, so
     it is followed from the rig of d0 = d as the wires grow longer: it hangs on upper wires, by the slack d0 - d low.
 
     Parameters
