@@ -45,6 +45,7 @@ STARTS, WHERE = ("left alone", "tapped"), ("in the plane", "in space")
 _NEAR = 0.15  # largest relative distance of z from the solution that a test should end on
 _CHUNK, _SLICE = 2, 2000  # rigs a thread takes at a time; steps between two looks
 _STEP, _PLANAR = 5e-6, 8e-3  # seconds: a step in space, and a second of a planar test
+_SAMPLES = 40  # steps a period of the force at least
 _USUAL = 5e-5  # s, the step of a planar test, in which readings are sampled
 _SEED = (0.0, 0.0, 0.0, 0.0, 2e-6, 1e-6, 0.0)  # roll and yaw (rad) that a test in space begins with
 
@@ -268,7 +269,7 @@ def _tested(parameters, mounting, state, modes, force, frequency, tap, duration)
         for i in range(2):
             part = slice(i * m, (i + 1) * m)
             kept[i, :, 0] = _right(planar.relative[part], planar.status[part], theory[i])
-    shaken = _Shaken(parameters, mounting, modes, force, duration)
+    shaken = _Shaken(parameters, mounting, modes, force, frequency.max(), duration)
     for i, j in np.ndindex(2, m):
         line, status = shaken.test(moved(state, np.array(_SEED)), frequency[j], tap if i else None)
         kept[i, j, 1] = _right(line, status, theory[i, j])
@@ -285,10 +286,11 @@ def _right(line, status, theory):
 class _Shaken:
     """Sine tests of one rig in three dimensions, as it is mounted."""
 
-    def __init__(self, parameters, mounting, modes, force, duration):
+    def __init__(self, parameters, mounting, modes, force, highest, duration):
         self.p, self.force, self.duration = parameters, force, duration
         self.rig, self.wires = mounted(parameters, mounting)
-        self.step = 1 / (2 * np.pi * modes.frequency.max())  # a radian of the fastest mode
+        # A radian of the fastest mode, or, on soft rigs, a part of the force's period.
+        self.step = 1 / max(2 * np.pi * modes.frequency.max(), _SAMPLES * highest)
 
     def test(self, state, f, tap):
         """z's line at f (m) over the last second, and its status."""

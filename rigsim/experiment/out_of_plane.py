@@ -3,7 +3,10 @@
 The planar motion solves the equations in space exactly, so that only a deviation tells: each test is run again from a
 yaw and a roll of a millionth. Where that grows, the same integration with the mass guided in the plane says what it
 changes. For tests that settled, the linear equations out of the plane about the planar periodic motion tell as well,
-by Floquet's multipliers, and how slowly: what has no time to grow in the test may do so in a longer one.
+by Floquet's multipliers, and how slowly: what has no time to grow in the test may do so in a longer one. The two differ
+where a deviation grows during the transient only, about a motion that is stable in the end. And where the planar motion
+does not settle, any disturbance may change z's line by a per cent: a mark there says that no line of z is to be relied
+on, and one near the limit may fall on either side of it.
 """
 
 from dataclasses import dataclass
@@ -21,10 +24,11 @@ YAW, ROLL = 1e-6, 2e-6  # rad, at the start
 GROWN = 1e-3  # rad; past it a deviation is no longer small
 CHANGED = 0.01  # of z's line; past it the planar test says too much
 _SLOW = 1e-3  # 1/s; slower growth of a deviation is rounding, or of no interest
-_WINDOW, _HARMONICS = 1.0, 10
+_WINDOW, _HARMONICS, _SAMPLES = 1.0, 10, 40  # s; of a line's fit; steps a period at least, on soft rigs too
 _CHUNK = 4  # tests that one thread takes at a time
 _SLICE = 2000  # steps between two looks, some 5 ms
 _STEP = 5e-6  # seconds of a step, of a run in the plane and one in space
+_ROUNDS = 16  # of Newton's method
 _SIZES = np.array([1e-3, 1e-3, 1e-4, 1e-2, 0.2, 0.2, 0.2, 10.0])  # of planar coordinates and rates, m, rad and s
 
 
@@ -96,8 +100,8 @@ class OutOfPlane(Result):
 
 
 def planar_only(rigs):
-    """What whoever reads planar results of these `RigParameters` must be told, in words; none for two taut wire sets."""
-    rigs, told = [p for p in rigs if p is not None], []
+    """What whoever reads planar results of these `RigParameters` must be told, in words; none for two taut sets."""
+    rigs, told = tuple(rigs), []
     if any(p.wire_sets == 1 for p in rigs):
         told.append("a mass on one wire set may yaw")
     if any(p.gap for p in rigs):
@@ -114,7 +118,7 @@ def out_of_plane(test, *, progress=False, executor=None, checkpoint=None):
     """`OutOfPlane` of a `SineTest`; what `SineTest.out_of_plane` gives."""
     rigs, n = test.parameters, len(test.frequency)
     step = {p: _longest_step(p, *spatial.pack([p])) for p in set(rigs)}
-    steps = sum(test.duration / step[p] for p in rigs)
+    steps = sum(test.duration * max(1 / step[p], _SAMPLES * f) for p, f in zip(rigs, test.frequency, strict=True))
     given = f"duration = {test.duration:g} s in three dimensions for {n} rigs"
     affordable(given, seconds=steps * _STEP, instead="fewer rigs or a shorter test", shared=executor or checkpoint)
     parted = test.status == Status.FLEW_APART
@@ -160,7 +164,7 @@ def _longest_step(parameters, rigs, wires):
     """Step (s) that takes a radian of the fastest mode, in the plane or out of it, near the installed position."""
     deviations = np.concatenate([spatial.planar_state(rest_position(parameters)), np.eye(spatial.OUT).ravel()])
     rates = spatial.rates(deviations, rigs[0], wires[0])[spatial.SIZE :].reshape(spatial.OUT, -1)
-    return min(longest_step(parameters) / 2, 1 / max(1.0, np.abs(np.linalg.eigvals(rates)).max()))
+    return 1 / max(2 / longest_step(parameters), np.abs(np.linalg.eigvals(rates)).max())
 
 
 def _run_chunk(chunk):
@@ -182,7 +186,7 @@ class _Shaken:
         self.p, self.f, self.tap, self.duration = parameters, frequency, tap, duration
         packed = spatial.pack([parameters])
         self.rig, self.wires = (array[0] for array in packed)
-        self.step = _longest_step(parameters, *packed)
+        self.step = min(_longest_step(parameters, *packed), 1 / (_SAMPLES * frequency))
         at = rest_position(parameters) if start == "rest" else static_equilibrium(parameters).coordinates
         self.start = spatial.planar_state(at)
         self.drive = spatial.drive(force, frequency)
@@ -243,18 +247,19 @@ class _Shaken:
         lost = np.full(spatial.OUT, np.nan + 0j), np.nan
         period = periods / self.f
         steps = int(np.ceil(2 * period / self.step))
-        x = spatial.planar_numbers(end)
-        for _ in range(12):
+        x, before = spatial.planar_numbers(end), 0.0
+        for _ in range(_ROUNDS):
             look()
-            ends = [self.after(one, period, steps) for one in (x, *(x + 1e-5 * np.diag(_SIZES)))]
-            missed = (ends[0] - x) / _SIZES
-            if not np.abs(missed).max() < 1e3:
-                return lost
-            moved = (np.array(ends[1:]) - ends[0]).T / _SIZES[:, None] / 1e-5
-            if np.abs(missed).max() < 1e-9:
+            after = self.after(x, period, steps)
+            missed = (after - x) / _SIZES
+            size = np.abs(missed).max()
+            if size < 1e-9 or not size < 1e3:
                 break
-            x = x + _SIZES * np.linalg.solve(np.eye(8) - moved, missed)
-        else:
+            if not size < before / 10:  # a derivative serves as long as it does well
+                ends = np.array([self.after(one, period, steps) for one in x + 1e-5 * np.diag(_SIZES)])
+                moved = (ends - after).T / _SIZES[:, None] / 1e-5
+            x, before = x + _SIZES * np.linalg.solve(np.eye(8) - moved, missed), size
+        if not size < 1e-9:
             return lost
         state = np.concatenate([spatial.planar_state(x[:4], x[4:]), np.eye(spatial.OUT).ravel()])
         trace = np.empty((steps, state.size))

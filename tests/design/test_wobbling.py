@@ -56,7 +56,7 @@ def test_tests_in_space_are_those_of_a_sine_test_out_of_the_plane(tap):
     planar = sine_test(RIG, FORCE, [30.0, 45.0], tap, 4.0, start="equilibrium")
     space = planar.out_of_plane()
     state = hung(RIG, Mounting())
-    shaken = _Shaken(RIG, Mounting(), modes_in_space(RIG, Mounting(), state), FORCE, 4.0)
+    shaken = _Shaken(RIG, Mounting(), modes_in_space(RIG, Mounting(), state), FORCE, 45.0, 4.0)
     for i, f in enumerate((30.0, 45.0)):
         line, status = shaken.test(state.copy(), f, tap)
         assert abs(line - space.relative[i]) < 2e-3 * abs(line) and status == planar.status[i]

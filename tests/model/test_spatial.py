@@ -242,6 +242,39 @@ def test_compiled_march_agrees_with_scipy(parameters, tap):
         assert np.abs(one - other).max() < 1e-6 * np.abs(other).max()
 
 
+def test_one_set_yaws_and_either_rolls_as_pendulums_of_their_tension():
+    """And two sets yaw as a beam of their side wires; installed, weightless, by the equations out of the plane."""
+    p, tension = ONE_SET, ONE_SET.wire_stiffness[0] * (ONE_SET.d - ONE_SET.d0)
+    yaw = 2 * tension * p.Rm * (p.Rm + p.d) / p.d / (p.inertia + p.m * p.LG**2)
+    roll = 4 * tension * p.Rm * (p.Rm + p.d) / p.d / (p.m * p.Rm**2 / 2)
+    found = out_of_plane_modes(ONE_SET)
+    assert found[:2] == pytest.approx(np.sqrt([yaw, roll]) / (2 * np.pi), rel=3e-4)
+    assert found[:2] == pytest.approx([12.6, 51.1], abs=0.05)
+    middle = TWO_SETS.replace(set_centre=TWO_SETS.LG)
+    beam = 4 * middle.k * middle.half_spacing**2 / middle.inertia
+    assert out_of_plane_modes(middle)[[0, 2]] == pytest.approx(np.sqrt([roll, beam]) / (2 * np.pi), rel=1e-3)
+
+
+def out_of_plane_modes(p):
+    rig, wires = referee.rig_and_wires(p)
+    deviations = np.concatenate([spatial.planar_state([0, p.LG, 0, 0]), np.eye(6).ravel()])
+    matrix = spatial.rates(deviations, rig, wires)[15:].reshape(6, 6)
+    return np.sort(np.linalg.eigvals(matrix).imag)[3:] / (2 * np.pi)
+
+
+@pytest.mark.parametrize("parameters", [TWO_SETS, ONE_SET], ids=["two sets", "one set"])
+def test_the_random_test_is_too_weak_to_leave_the_plane(parameters):
+    (rig, wires), rate = referee.rig_and_wires(parameters), 2000.0
+    force = np.random.default_rng(2014).normal(0, 1.115, 20_000)
+    state = spatial.turned(referee.starting_state(parameters, "equilibrium"), 2e-6, 1e-6)
+    largest = 0.0
+    for k, level in enumerate(force):
+        drive = np.array([0, 0, level, 0, 0, 0, 0, 1.0])
+        spatial.march(state, k / rate, 1 / rate / 4, 4, rig, wires, drive, False, referee.NO_TRACE)
+        largest = max(largest, *np.abs(spatial.angles(state)[:2]))
+    assert largest < 1e-4
+
+
 def test_compiled_march_agrees_with_scipy_in_space():
     case = (ONE_SET, 3.18, 22.0, 1.0, Tap(time=0.1))
     compiled, scipy = (referee.simulate_sine(*case, method=m, turned=(0.02, 0.01)) for m in ("compiled", "scipy"))

@@ -126,6 +126,24 @@ def test_a_buckled_rig_is_twice_as_stiff_in_its_well_as_it_is_unstable_between()
     assert axial == pytest.approx(np.sqrt(-2 * p.k1 / p.m) / (2 * np.pi), rel=1e-3)
 
 
+def test_out_of_the_plane_a_buckled_rig_has_a_ring_of_places_of_rest():
+    """A roll stretches wires as z does, by Rm (Rm + d)/(2 d) roll^2 and z^2/(2 d): no energy where both make 3 um."""
+    weightless, c = BUCKLED.replace(gravity=0), RIG.Rm * (RIG.Rm + RIG.d) / RIG.d
+    middle = referee.energy(weightless, spatial.planar_state([0, RIG.LG, 0, 0]))
+    for angle in np.linspace(0, np.pi / 2, 7):
+        z, roll = BUCKLED.gap * np.cos(angle), np.sqrt(2 * 3e-6 / c) * np.sin(angle)
+        state = spatial.planar_state([0, RIG.LG - z, 0, 0])
+        state[4:6] = np.cos(roll / 2), np.sin(roll / 2)
+        assert referee.energy(weightless, state) < 2e-6 * middle
+
+
+def test_its_planar_tests_say_so_and_do_not_last():
+    test = sine_test([RIG, BUCKLED], 3.18, 40.0, start="equilibrium")
+    assert "in the plane only: without tension a mass may roll" in test.summary()
+    space = test.out_of_plane()
+    assert list(space.status) == [Status.STAYS_IN_PLANE, Status.OPTIMISTIC] and space.growth[1] > 50
+
+
 def test_nothing_holds_a_slack_mass_without_weight():
     with pytest.raises(ValueError, match=r"gravity = 0 m/s\^2 leaves the mass on slack wires, d0 - d = 3e-06 m"):
         static_equilibrium(AXIAL)

@@ -37,7 +37,8 @@ class BenchPoint:
     subharmonic : ndarray, shape (2,)
         As `rigsim.experiment.sine_test.SineTest` has it; of a reading in passing, of lines at f/3, f/2 and 2f/3.
     drift : float
-        Change of z from the last half second but one to the last, over their mean.
+        Change of z from the last half second but one to the last, over their mean; as measured, which noise may make
+        larger than that of the motion.
     left : float
         Share of z that it was yet to go, estimated; NaN where that cannot be told.
     dwell : float
@@ -47,8 +48,9 @@ class BenchPoint:
     tries : int
         Number of taps that were tried there.
     error : float
-        Of a reading in passing: what its window smooths away, a share of z.
+        Of a reading in passing: what its window smooths away, a share of z; NaN of the first and last two.
     status : Status
+        Of the motion, whatever it is measured with.
     message : str
     """
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ... import checks
+from ...experiment.out_of_plane import planar_only
 from ...experiment.record import Record
 from ..figures.rig_parts import SETS, only_rigs, rig_parts
 from ..figures.style import BLACK, BLUE, GREY, RED, as_tuple
@@ -84,7 +85,8 @@ def rig_animation(parameters, record, start=0.0, stop=None, frames=48, exaggerat
         time, shapes[0], title=titles[0], panels=[*others, *histories], columns=max(2, len(rigs)), digits=4,
         width=9.5, height=5.2 if len(rigs) == 1 else 8.6, seconds=seconds,
         alt=f"From {1e3 * time[0]:.4g} to {1e3 * time[-1]:.4g} ms, tilt {drawn}. {' '.join(words)}",
-        caption=f"Displacements to scale, tilt {drawn}. The height of P is not recorded and drawn as zero.",
+        caption=f"Displacements to scale, tilt {drawn}. The height of P is not recorded and drawn as zero."
+        + (f" Note: {told}." if (told := planar_only(rigs)) else ""),
         notes=["; ".join(_note(p, q[k]) for p, (_, q) in zip(rigs, motions, strict=True)) for k in range(time.size)],
     )  # fmt: skip
 
