@@ -27,7 +27,10 @@ def frequencies(parameters, mounting=None):
     return dict(zip(modes.names, modes.frequency, strict=True))
 
 
-@pytest.mark.parametrize("rig", [RIG, ONE_SET, RIGS["off P"], RIG.replace(d0=RIG.d + 3e-6)])
+LONG = RIG.replace(d0=RIG.d + 3e-6)
+
+
+@pytest.mark.parametrize("rig", [RIG, ONE_SET, RIGS["off P"], LONG, LONG.replace(tension_only=True)])
 def test_a_rig_without_faults_hangs_and_swings_as_in_the_plane_and_linearly_out_of_it(rig):
     found = frequencies(rig)
     at = static_equilibrium(rig)
