@@ -9,7 +9,7 @@ does not settle, any disturbance may change z's line by a per cent: a mark there
 on, and one near the limit may fall on either side of it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ..campaign.stop import look
 from ..model import spatial
 from ..model.planar import largest_tilt, longest_step, rest_position, static_equilibrium
 from ..results import Result, Status, frame
+from .record import Record
 
 YAW, ROLL = 1e-6, 2e-6  # rad, at the start
 GROWN = 1e-3  # rad; past it a deviation is no longer small
@@ -28,6 +29,7 @@ _WINDOW, _HARMONICS, _SAMPLES = 1.0, 10, 40  # s; of a line's fit; steps a perio
 _CHUNK = 4  # tests that one thread takes at a time
 _SLICE = 2000  # steps between two looks, some 5 ms
 _STEP = 5e-6  # seconds of a step, of a run in the plane and one in space
+_KEPT = 8 * (spatial.SIZE + 1)  # bytes of a step that is kept
 _ROUNDS = 16  # of Newton's method
 _SIZES = np.array([1e-3, 1e-3, 1e-4, 1e-2, 0.2, 0.2, 0.2, 10.0])  # of planar coordinates and rates, m, rad and s
 
@@ -97,6 +99,48 @@ class OutOfPlane(Result):
             "status": self.status,
         }
         return frame(columns)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SpaceRecord(Record):
+    """`Record` of a test in three dimensions; of what a file can keep it has the planar channels.
+
+    Attributes
+    ----------
+    states : ndarray, shape (n, 15)
+        As in `rigsim.model.spatial`, sample by sample.
+    """
+
+    states: np.ndarray = None
+
+    def replace(self, **changes):
+        """A planar `Record` of the same channels, with some fields changed."""
+        return Record(**{one.name: getattr(self, one.name) for one in fields(Record)} | changes)
+
+    def summary(self):
+        """One line that adds the largest roll and yaw."""
+        roll, yaw, _ = np.degrees(spatial.angles(self.states))
+        return f"{super().summary()}; roll up to {abs(roll).max():.2g}, yaw up to {abs(yaw).max():.2g} degrees"
+
+
+def in_space(test, i):
+    """`SpaceRecord` of a test of a `SineTest`; what `SineTest.in_space` gives."""
+    planar, rig = test.record(i), test.parameters[i]
+    if test.status[i] == Status.FLEW_APART:
+        raise ValueError(f"i = {i} flew apart in the plane; expected a test that lasted")
+    shaken = _Shaken(rig, test.force[i], test.frequency[i], test.tap[i], test.duration, test.start)
+    shaken.step = min(shaken.step, 1 / planar.sample_rate)  # samples are found between steps, along straight lines
+    steps, kept = test.duration / shaken.step, []
+    given = f"duration = {test.duration:g} s in three dimensions"
+    affordable(given, seconds=steps * _STEP, memory=_KEPT * _WINDOW / shaken.step, instead="a shorter test")
+    last, *_ = shaken.run(spatial.turned(shaken.start, ROLL, YAW), False, kept)
+    if not np.isfinite(last):
+        raise ValueError(f"i = {i} goes past its wires' reach in three dimensions; expected a test that lasts")
+    time, *columns = np.concatenate(kept).T
+    states = np.column_stack([np.interp(test.time[0] + planar.time, time, column) for column in columns])
+    tilt, mass = spatial.angles(states)[2], spatial.axial_position(rig, states)
+    known = {"parameters": rig, "step": shaken.step, "tilt": tilt, "states": states}
+    return SpaceRecord(planar.force, states[:, 0], mass, planar.sample_rate, planar.hold, **known)
 
 
 def planar_only(rigs):
@@ -204,8 +248,11 @@ class _Shaken:
             multipliers, growth = self.multipliers(end, periods, guided)
         return *largest, last, change, multipliers, growth
 
-    def run(self, state, planar):
-        """Shake to the end: z's line over the last second (m), the end's state, largest roll, yaw (rad), shift (m)."""
+    def run(self, state, planar, kept=None):
+        """Shake to the end: z's line over the last second (m), the end's state, largest roll, yaw (rad), shift (m).
+
+        Into the list ``kept`` go time and states of the last second, as arrays of 16 columns.
+        """
         cuts, tap = {0.0, self.duration - _WINDOW, self.duration}, self.tap
         if tap is not None:
             cuts |= {tap.time, tap.time + tap.duration}
@@ -216,6 +263,8 @@ class _Shaken:
                 drive = spatial.drive(drive[0], self.f, tap, self.p.m)
             steps = max(1, int(np.ceil((high - low) / self.step)))
             h = (high - low) / steps
+            if kept is not None and low >= self.duration - _WINDOW:
+                kept.append(np.array([[low, *state]]))
             for first in range(0, steps, _SLICE):
                 look()
                 trace = np.empty((min(_SLICE, steps - first), spatial.SIZE))
@@ -227,6 +276,8 @@ class _Shaken:
                 if low >= self.duration - _WINDOW:
                     time = low + h * (first + 1 + np.arange(len(trace)))
                     window.append(np.column_stack([time, trace[:, 0] - spatial.axial_position(self.p, trace)]))
+                    if kept is not None:
+                        kept.append(np.column_stack([time, trace]))
         return self.line(*np.concatenate(window).T), state, *largest
 
     def line(self, time, z, periods=1):

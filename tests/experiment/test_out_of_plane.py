@@ -9,6 +9,7 @@ import pytest
 
 from rigsim.campaign.stop import Stop, Stopped
 from rigsim.experiment import out_of_plane as module
+from rigsim.experiment.record import Record
 from rigsim.experiment.sine_test import sine_test
 from rigsim.model import spatial
 from rigsim.model.excitation import Tap
@@ -88,6 +89,27 @@ def test_one_set_is_optimistic_where_yaw_takes_part():
     assert list(found.status) == [Status.OPTIMISTIC, Status.STAYS_IN_PLANE]
     assert found.yaw[0] > 0.05 and found.change[0] > 0.02 and "z changes by" in found.message[0]
     assert "1 optimistic" in found.summary() and found.table()["change of z [%]"][0] > 2
+
+
+def test_a_test_kept_in_space_is_the_planar_record_until_it_leaves_the_plane():
+    test = sine_test(TWO_SETS, FORCE, 50.0, Tap())
+    planar, space = test.record(0), test.in_space(0)
+    np.testing.assert_allclose(space.relative, planar.relative, rtol=0, atol=1e-3 * abs(planar.relative).max())
+    assert space.states.shape == (planar.force.size, spatial.SIZE) and space.sample_rate == planar.sample_rate
+    np.testing.assert_array_equal(space.force, planar.force)
+    left = sine_test(ONE_SET, FORCE, 44.0, Tap())
+    found, space = left.out_of_plane(), left.in_space(0)
+    line = np.exp(-2j * np.pi * 44.0 * (left.time[0] + space.time[:-1])) @ space.relative[:-1] * 2 / 4000
+    assert abs(line - found.relative[0]) < 0.01 * abs(line)
+    roll, yaw, _ = spatial.angles(space.states)
+    assert 0.02 < abs(yaw).max() <= found.yaw[0] and abs(roll).max() <= found.roll[0]
+    assert "yaw up to" in space.summary()
+    changed = space.replace(seed=1), Record.joined([space, space]), space.realigned(reverse=["mass"])
+    assert all(type(one) is Record for one in changed)
+    with pytest.raises(ValueError, match="i = 1 is not allowed"):
+        left.in_space(1)
+    with pytest.raises(ValueError, match="i = 0 flew apart in the plane; expected"):
+        sine_test(ONE_SET, 1e9, 30.0, duration=1).in_space(0)
 
 
 def counted(parameters):

@@ -6,6 +6,7 @@ from scipy.optimize import brentq
 
 from rigsim.model import spatial
 from rigsim.model.excitation import Tap
+from rigsim.model.planar import static_equilibrium
 from rigsim.parameters import RigParameters
 from tests.model import refereed as referee
 
@@ -68,6 +69,35 @@ def test_forces_and_moments_are_the_gradient_of_the_energy(parameters, tension_o
             # fourth-order central difference
             slope = (height[0] - 8 * height[1] + 8 * height[2] - height[3]) / (12 * nudge)
             assert forces[j] == pytest.approx(-slope, rel=1e-6, abs=1e-6 * np.abs(forces).max())
+
+
+@RIGS
+@pytest.mark.parametrize("tension_only", [False, True])
+def test_tensions_add_up_to_the_compiled_pull_of_the_wires(parameters, tension_only):
+    parameters = parameters.replace(tension_only=tension_only, wire_damping=0.0)
+    rig, wires = referee.rig_and_wires(parameters)
+    states = np.array(some_states(5) + free_states())
+    tension, way = spatial.wire_pull(parameters, states)
+    forces = (tension[..., None] * way / np.linalg.norm(way, axis=-1)[..., None]).sum(axis=1)
+    np.testing.assert_allclose(forces, [spatial.pull_of_wires(one, rig, wires)[:3] for one in states], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "miss"),
+    [(TWO_SETS, 1e-5), (ONE_SET, 3e-3), (TWO_SETS.replace(d0=0.0339998, tension_only=True), 0.05)],
+)
+def test_tensions_of_a_motion_without_its_heights_are_those_with_them(parameters, miss):
+    """One set rocks, so that the mass's own acceleration counts; wires that go slack let it fall for a moment."""
+    rig, wires = referee.rig_and_wires(parameters)
+    state, trace = spatial.planar_state(static_equilibrium(parameters).coordinates), np.empty((400, spatial.SIZE))
+    spatial.march(state, 0.0, 5e-6, 40_000, rig, wires, spatial.drive(3.18, 50.0), True, trace)
+    tilt = spatial.angles(trace)[2]
+    lift = parameters.LG * np.gradient(np.gradient(np.sin(tilt))) * 2000.0**2
+    found = spatial.hung(parameters, trace[:, 0], spatial.axial_position(parameters, trace), tilt, lift)
+    told, known = (spatial.wire_pull(parameters, states)[0] for states in (found, trace))
+    assert np.abs(told - known).max() < miss * known.max()
+    slack = known <= 0
+    assert slack.any() == parameters.tension_only and (slack == (told <= 0)).mean() > 0.99
 
 
 def moved(state, j, by):
