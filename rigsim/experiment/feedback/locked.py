@@ -231,8 +231,8 @@ class _Lock:
 @compiled(nogil=True)
 def _run(
     each_body, space_step, space, read_handles, read, write_handles, write,
-    rigs, wires, mass, flown, reach, slack, parted, h, every, done, offset, path, rate, base, gain, decay, weights, lines,
-    state, told,
+    rigs, wires, mass, flown, reach, slack, parted, h, every, done, offset, path, rate, base, gain, decay, weights,
+    lines, state, told,
 ):  # fmt: skip
     """`_Lock.run` with a gain that stays; ``lines`` and ``state`` are its."""
     kicks, taps, positions = np.empty((every, 1)), np.zeros((every, 1)), np.empty((1, 4, 1))
