@@ -32,6 +32,7 @@ _HOME = {
     "margins": "design.margins",
     "tolerance_study": "design.tolerances",
     "design_for_detached_curve": "design.best",
+    "wobbling_map": "design.wobbling",
     "periodic_orbits": "orbits.periodic_orbits",
     "response_sheet": "orbits.response_sheet",
     "continue_orbit": "orbits.periodic_orbits",

@@ -129,6 +129,7 @@ def made():
         "sheet": response_sheet(RIG, (20, 30), (3.0, 3.3), 1), "statics": static_equilibrium(RIG),
         "modes": linear_modes(RIG), "study": tolerance_study(RIG, 3.18, {"m": "1 %"}, samples=10),
         "converged": force_scenario(RIG, 2, band=(20, 30), force=(3.0, 3.3)),
+        "map": rigsim.wobbling_map(RIG, {"LG": [0.0, 0.001]}),
         "integrity": integrity(RIG, 3.18, 30.0, samples=16, starts=16),
     }  # fmt: skip
 
@@ -153,7 +154,7 @@ GROUPS = {"mu": "number"} | dict.fromkeys(("zeta_s", "zeta", "Omega0", "gamma"),
 RIG_KINDS = {name: kind for name, kind in NUMBERS.items() if name not in ("k1", "k3")} | LENGTHS | {
     "k": "stiffness", "wire_sets": "whole", "set_half_spacing": "in the cylinder?", "gravity": "not negative",
     "wire_damping": "not negative", "rocking_damping": "not negative", "tension_only": "flag",
-    "set_centre": "in the cylinder",
+    "set_centre": "in the cylinder", "d0": "number",
 }  # fmt: skip
 
 
@@ -177,7 +178,7 @@ def functions(made):
     yield "nondimensional", RIG.nondimensional, {"force": 3.18}, {}
     wide = dict.fromkeys(("force", "shaker", "mass", "tilt"), "within")
     known = {"hold": "word", "seed": "seed?", "start": "word?", "parameters": "object?", "step": "within?"}
-    known |= {"base": "flag", "joints": "first samples"}
+    known |= {"base": "flag", "joints": "first samples", "slack": "pair?"}
     yield "Record", Record, channels | {"sample_rate": 10.0}, wide | known | {"tilt": "within?", "mass": "within?"}
     yield "cubic_law_error", rigsim.cubic_law_error, {"z": 1e-3, "parameters": RIG}, {"z": "any shape"}
     for name in ("oscillator_modes", "static_equilibrium", "linear_modes"):
@@ -230,6 +231,8 @@ def functions(made):
     yield "tolerance_study", tolerance_study, {"parameters": RIG, "force": 3.18} | tolerances, study
     best = {"free": "object", "tolerances": "object?"}
     yield "design_for_detached_curve", rigsim.design_for_detached_curve, {"parameters": RIG, "force": 3.18}, best
+    mapped = {"over": "object", "fixed": "object?", "force": "number?", "points": "whole", "duration": "within, 2.5"}
+    yield "wobbling_map", rigsim.wobbling_map, {"parameters": RIG, "over": {"LG": [0.0]}}, mapped
     yield "periodic_orbits", periodic_orbits, {"parameters": RIG, "force": 3.18}, {}
     yield "response_sheet", response_sheet, {"parameters": RIG}, {"force": "pair"}
     known = {"frequency": "within"}
@@ -344,6 +347,7 @@ def pictures(made):
         ("bench", "waits", {}),
         ("comparison", "tests", {}),
         ("study", None, {}),
+        ("map", None, {"modes": "objects"}),
         ("attractors", None, {}),
     ):  # fmt: skip
         yield f"{name}.plot({what})", made[name].plot, {"what": what}, options

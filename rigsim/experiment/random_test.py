@@ -68,8 +68,9 @@ def simulate(parameters, force, sample_rate, hold="zero", start="rest", step=5e-
             shaker[block], mass[block], tilt[block] = motion.shaker[:, 0], motion.mass[:, 0], motion.tilt[:, 0]
             report(block.stop)
     return Record(
-        force, shaker, mass, sample_rate, hold, tilt=tilt, seed=seed, start=start, parameters=parameters, step=step
-    )
+        force, shaker, mass, sample_rate, hold, tilt=tilt, seed=seed, start=start, parameters=parameters, step=step,
+        slack=tuple(motion.slack[0]) if parameters.tension_only else None,
+    )  # fmt: skip
 
 
 def _affordable_substeps(parameters, given, samples, sample_rate, step):

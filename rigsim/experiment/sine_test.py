@@ -59,6 +59,9 @@ class SineTest(Kept, Result):
     start : str
     step : float
         s.
+    slack : ndarray, shape (n, 2)
+        Of the whole test the share of time in which a wire is slack, and how often one goes slack; zero unless
+        ``tension_only``.
     """
 
     parameters: tuple
@@ -78,6 +81,7 @@ class SineTest(Kept, Result):
     traces: np.ndarray
     start: str
     step: float
+    slack: np.ndarray | None = None
 
     plots = {"lines": "sine_test_figure", "spectrum": "spectrum_figure", "distortion": "distortion_figure"}
 
@@ -128,7 +132,11 @@ class SineTest(Kept, Result):
         counts = {s: int((self.status == s).sum()) for s in Status}
         told = ", ".join(f"{count} {s}" for s, count in counts.items() if count)
         tests = f"SineTest of {len(self.frequency)} rigs, {_range(self.frequency)} Hz, {_range(self.force)} N"
-        return f"{tests}: {told}{planar_word(self.parameters)}"
+        return f"{tests}: {told}{self._slack_word()}{planar_word(self.parameters)}"
+
+    def _slack_word(self):
+        loose = 0 if self.slack is None else int((self.slack[:, 0] > 0).sum())
+        return f"; wires go slack in {loose}, for up to {self.slack[:, 0].max():.0%} of the time" if loose else ""
 
     def table(self):
         """`pandas.DataFrame` with a row per test."""
@@ -145,6 +153,8 @@ class SineTest(Kept, Result):
             "order": self.subharmonic[:, 1],
             "status": self.status,
         }
+        if self.slack is not None and any(p.tension_only for p in self.parameters):
+            columns |= {"a wire slack [% of time]": 100 * self.slack[:, 0], "goes slack [times]": self.slack[:, 1]}
         return frame(columns)
 
 
@@ -275,4 +285,4 @@ def _run_chunk(chunk):
         read.append((*read_or_parted(time[own], trace[:2, own].T, f, parted), np.abs(trace[2, own]).max()))
     names = ("lines", "distortion", "subharmonic", "drift", "status", "message", "tilt")
     columns = zip(names, zip(*read, strict=True), strict=True)
-    return {name: np.array(values) for name, values in columns} | {"traces": traces}
+    return {name: np.array(values) for name, values in columns} | {"traces": traces, "slack": motion.slack}

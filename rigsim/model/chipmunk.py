@@ -26,6 +26,7 @@ from ..compiled import compiled
 from .planar import (
     centre_damping,
     conservative_forces,
+    count_slack,
     largest_tilt,
     longest_step,
     pack,
@@ -115,6 +116,7 @@ class Motion:
     mass: np.ndarray  # x of P (m)
     tilt: np.ndarray  # rad
     parted: np.ndarray  # (n,): when the rig flew apart or tilted past its wires' reach (s), else NaN; held from then
+    slack: np.ndarray  # (n, 2), since the start: share of time with a slack wire, and how often one went slack
 
 
 def check_step(parameters, step):
@@ -149,6 +151,7 @@ class RigSpace:
         self._flown = _FLOWN_WIRE_LENGTHS * np.array([p.d for p in parameters])
         self._reach = np.array([largest_tilt(p) for p in parameters])
         self._parted = np.full(len(parameters), np.nan)
+        self._slack = np.repeat([[0.0] * 2 + [1.0] * 6], len(parameters), axis=0)  # slack from the start is no event
         self.done = 0  # steps
         self._parameters = tuple(parameters)
         self._space = pymunk.Space()
@@ -188,7 +191,7 @@ class RigSpace:
         bodies = self._address, self._read.handles, self._read.values, self._write.handles, self._write.values
         return (
             _EACH_BODY, _STEP, *bodies,
-            self._rigs, self._wires, self._mass, self._flown, self._reach, self._parted,
+            self._rigs, self._wires, self._mass, self._flown, self._reach, self._slack, self._parted,
         )  # fmt: skip
 
     def debug_draw(self, axes, i=0):
@@ -239,13 +242,14 @@ class RigSpace:
         )  # fmt: skip
         self.done += steps
         xs, X, _, tilt = np.moveaxis(positions, 1, 0)
-        return Motion(xs, X - self._LG * np.cos(tilt), tilt, self._parted.copy())
+        slack = self._slack[:, :2] / [max(self.done, 1), 1]
+        return Motion(xs, X - self._LG * np.cos(tilt), tilt, self._parted.copy(), slack)
 
 
 @compiled(nogil=True)
 def leapfrog(
     each_body, space_step, space, read_handles, read, write_handles, write,
-    rigs, wires, mass, flown, reach, parted, frame_force, tap_force, h, done, sample_every, positions,
+    rigs, wires, mass, flown, reach, slack, parted, frame_force, tap_force, h, done, sample_every, positions,
 ):  # fmt: skip
     """Take the steps of `RigSpace.advance`.
 
@@ -269,6 +273,7 @@ def leapfrog(
                 parted[i] = (done + k) * h
             if np.isnan(parted[i]):
                 conservative_forces(q, rigs[i], wires[i], force)
+                count_slack(q, rigs[i], wires[i], slack[i])
                 force[0] += frame_force[k, i * columns]
                 force[1] += tap_force[k, i]  # through the centre of mass: no torque
                 if first:

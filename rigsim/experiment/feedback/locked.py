@@ -233,8 +233,8 @@ class _Lock:
 @compiled(nogil=True)
 def _run(
     each_body, space_step, space, read_handles, read, write_handles, write,
-    rigs, wires, mass, flown, reach, parted, h, every, done, offset, path, rate, base, gain, decay, weights, lines,
-    state, told,
+    rigs, wires, mass, flown, reach, slack, parted, h, every, done, offset, path, rate, base, gain, decay, weights,
+    lines, state, told,
 ):  # fmt: skip
     """`_Lock.run` with a gain that stays; ``lines`` and ``state`` are its."""
     kicks, taps, positions = np.empty((every, 1)), np.zeros((every, 1)), np.empty((1, 4, 1))
@@ -245,7 +245,7 @@ def _run(
         kicks[0, 0], kicks[1:, 0] = 0.5 * (state[3] + now), now
         leapfrog(
             each_body, space_step, space, read_handles, read, write_handles, write,
-            rigs, wires, mass, flown, reach, parted, kicks, taps, h, done + k * every, every, positions,
+            rigs, wires, mass, flown, reach, slack, parted, kicks, taps, h, done + k * every, every, positions,
         )  # fmt: skip
         xs, x = positions[0, 0, 0], positions[0, 1, 0] - offset * np.cos(positions[0, 3, 0])
         told[k, 0], told[k, 1], told[k, 2], told[k, 3], told[k, 4] = theta, f, base + state[2], xs, x

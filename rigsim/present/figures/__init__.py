@@ -40,6 +40,7 @@ from .statics import statics_figure
 from .subharmonics import subharmonics_figure
 from .surface import response_surface_figure
 from .wire_law import wire_law_figure
+from .wobbling import wobbling_figure
 
 __all__ = [
     "attractors_figure", "basins_figure", "bench_test_figure", "branches_figure", "comparison_figure",
@@ -53,5 +54,5 @@ __all__ = [
     "residual_figure", "response_surface_figure", "rig_figure", "s_curves_figure", "sheet_amplitude_figure",
     "sheet_figure", "sine_test_figure", "singular_value_figure", "spectrum_figure", "stabilisation_figure",
     "statics_figure", "subharmonics_figure", "tap_map_figure", "tolerance_study_figure", "waits_figure",
-    "wire_law_figure",
+    "wire_law_figure", "wobbling_figure",
 ]  # fmt: skip

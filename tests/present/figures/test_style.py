@@ -133,6 +133,7 @@ EXAMPLES = {
     ),
     "debug_figure": (lambda: rigsim.static_equilibrium(RIG), "pymunk", {}, 1),
     "wire_law_figure": (lambda: RIG, "wire law", {"reached": (1e-4, 2e-3)}, 2),
+    "wobbling_figure": (lambda: rigsim.wobbling_map(RIG, {"LG": [0.0, 0.001]}, 3.18, points=1), "map", {}, 3),
 }  # fmt: skip
 every_figure = pytest.mark.parametrize("name", figures.__all__)
 
