@@ -9,6 +9,7 @@ from .likelihood import noise_weights, normal_equations, white_weights
 from .lines import inverse
 
 _PARTS = 12  # of the record, in time and over the band, whose pulls on the parameters are compared
+_LEAST = 0.1  # of a line's noise that is left of it
 _ODD = 0.001  # chance of a disagreement that is taken for one
 
 
@@ -68,9 +69,13 @@ def score(fit, beside=()):
     own = np.concatenate([fit.own, *(fit.freed.lines(fit.lines, column)[..., None] for column in beside)], axis=-1)
     weights, count = noise_weights(fit.left, fit.owners), fit.values.size
     information = normal_equations(own, fit.left, weights)[0]
+    # What is left of a line lacks the share of its noise that the parameters took; in blocks that lap a line is a half.
+    taken = 2 * weights * np.sum(own.conj() * (own @ inverse(information)), axis=-1).real
     pulls = np.einsum("blip,bli->blp", (weights[..., None] * own).conj(), fit.left)
-    flat = pulls.reshape(-1, pulls.shape[-1])
-    shared, slopes = (flat.T @ flat.conj()).real, pulls.real
+    whole = np.einsum("blip,bli->blp", (weights[..., None] * own).conj(), fit.left / np.maximum(1 - taken, _LEAST))
+    # Line by line as they are, for outputs may share a noise, as that of an unknown force.
+    whole = whole.reshape(-1, whole.shape[-1])
+    shared, slopes = (whole.T @ whole.conj()).real, pulls.real
     white = normal_equations(fit.own, fit.left, white_weights(fit.left, fit.owners))[0]
     # Without what a change of the parameters shares with that of all beside them.
     alone = np.eye(count, len(information))
