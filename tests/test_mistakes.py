@@ -47,6 +47,7 @@ from rigsim.orbits.verdict import verdict as verdict_of
 from rigsim.paper.ledger import Ledger, LedgerRow
 from rigsim.parameters import Nondimensional
 from rigsim.present.moving.plot import MovingPlot, Panel
+from rigsim.theory.driven import driven_response
 
 RIG = RigParameters()
 LONGEST = 2.0  # s of any refusal; most take less than a millisecond
@@ -139,6 +140,7 @@ KINDS = {
     "terms": "objects", "noise": "object?", "kinds": "object?", "channels": "object?", "units": "object?",
     "channel": "word", "what": "word?", "ax": "object?", "beside": "objects", "exaggeration": "number", "i": "whole",
     "sensors": "object?", "rate": "array?", "spacing": "word", "window": "within, 2.5", "pulse": "within",
+    "drive": "object?",
 }  # fmt: skip
 
 RIGHT = {"parameters": RIG, "force": 3.18, "frequency": 30.0}
@@ -169,10 +171,19 @@ def functions(made):
     yield "RigParameters", RigParameters, {}, RIG_KINDS
     yield "Tap", Tap, {}, {"velocity": "any", "duration": "number", "time": "not negative"}
     yield "Tap.force", Tap().force, {"mass": 0.005, "time": 1.0}, {"mass": "number", "time": "any shape"}
+    coil = dict.fromkeys(("force_factor", "resistance", "max_voltage", "compression"), "within, 2.5")
+    coil |= {"mode": "word", "inductance": "within, 2.5", "bandwidth": "within, 2.5"}
+    yield "ShakerDrive", rigsim.ShakerDrive, {}, coil
+    yield "ShakerDrive.replace", rigsim.ShakerDrive().replace, {"resistance": 3.0}, coil
+    asked = {"parameters": RIG, "force": 3.18}
+    yield "equivalent", rigsim.ShakerDrive().equivalent, asked, {"frequency": "not negative"}
+    yield "driven_response", driven_response, RIGHT | {"drive": rigsim.ShakerDrive()}, {"drive": "object"}
+    yield "compare_drives", rigsim.compare_drives, RIGHT, {
+        "frequency": "within, 2.5", "drives": "object", "duration": "within, 2.5"}  # fmt: skip
     yield "nondimensional", RIG.nondimensional, {"force": 3.18}, {}
     wide = dict.fromkeys(("force", "shaker", "mass", "tilt"), "within")
     known = {"hold": "word", "seed": "seed?", "start": "word?", "parameters": "object?", "step": "within?"}
-    known |= {"base": "flag", "joints": "first samples"}
+    known |= {"base": "flag", "joints": "first samples", "voltage": "within?"}
     yield "Record", Record, channels | {"sample_rate": 10.0}, wide | known | {"tilt": "within?", "mass": "within?"}
     yield "cubic_law_error", rigsim.cubic_law_error, {"z": 1e-3, "parameters": RIG}, {"z": "any shape"}
     for name in ("oscillator_modes", "static_equilibrium", "linear_modes"):

@@ -68,8 +68,9 @@ class DriveComparison(Result):
 
         Of single-term theory: the damping that the coil adds to cs, the detached curves at this force, by how much the
         force may fall and cs may rise until they are lost (NaN: there is none to lose), and at which forces there are
-        inner ones at all. Of the rig's settled points: the least force and where, the largest one, its largest harmonics,
-        the largest voltage, the largest distance of a line of z from the theory, and how many were at the limit.
+        inner ones at all. Of the rig's settled points: the least force and where, the largest one, its largest
+        harmonics, the largest voltage, the largest distance of a line of z from the theory, and how many were at the
+        limit.
         """
         rows, sent = [], self.test.driven
         for i, drive in enumerate(self.drives):
