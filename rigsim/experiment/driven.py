@@ -44,6 +44,14 @@ class Driven:
         )
 
 
+def check_force(name, drives, allowed):
+    """Refuse tests whose force was not that of the ``allowed`` modes of a drive; ``drives`` are those of a test."""
+    for drive in drives:
+        if drive is not None and drive.mode not in allowed:
+            expected = f"none, or constant {' or '.join(allowed)}, since the force is asked for as a cosine"
+            raise ValueError(f"{name} with a drive of constant {drive.mode} is not allowed; expected {expected}")
+
+
 def read_sent(time, traces, f, parted):
     """Lines of force and voltage (2,) of a window and the force's largest harmonic over its fundamental.
 

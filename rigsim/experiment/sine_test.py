@@ -90,6 +90,11 @@ class SineTest(Result):
         return float(self.time[-1])
 
     @property
+    def shakers(self):
+        """The `ShakerDrive` of each test, or None, a tuple."""
+        return self.driven.drive if self.driven else (None,) * len(self.frequency)
+
+    @property
     def bench_time(self):
         """How long it takes one shaker to do all of it (s)."""
         return self.duration * len(self.frequency)

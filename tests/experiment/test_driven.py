@@ -9,7 +9,10 @@ from rigsim import (
     RigParameters,
     ShakerDrive,
     Tap,
+    compare_tests,
     identify,
+    overlay,
+    periodic_orbits,
     ramp_test,
     random_test,
     simulate,
@@ -213,6 +216,22 @@ def test_a_sweep_shows_the_force_fall_at_resonance_and_a_controller_keep_it():
 def test_bad_input_is_named(call, changes, named):
     with pytest.raises(ValueError, match=named):
         call(**{"parameters": RIG, "force": 3.18, "frequency": 20.0} | changes)
+
+
+def test_what_needs_a_constant_force_refuses_others(every_drive):
+    driven = sine_test(RIG, 3.18, 40.0, duration=1, drive=VOLTAGE)
+    named = "with a drive of constant voltage is not allowed; expected none, or constant current"
+    with pytest.raises(ValueError, match=f"test {named}, since"):
+        driven.out_of_plane()
+    with pytest.raises(ValueError, match=f"tests {named} or force"):
+        overlay(RIG, driven)
+    orbits = periodic_orbits(RIG, 3.18, (35, 45), 1, search="seeds")
+    for test in (driven, stepped_test(RIG, 3.18, [40.0], dwell=1.0, drive=VOLTAGE)):
+        with pytest.raises(ValueError, match=f"tests {named} or force"):
+            compare_tests(orbits, test)
+    held = compare_tests(orbits, sine_test(RIG, 3.18, 40.0, Tap(), duration=6, drive=ShakerDrive("force")))
+    assert (held.on[0] >= 0).all()
+    assert every_drive.shakers == every_drive.driven.drive and every_drive.shakers[0] is None
 
 
 def test_a_sampled_force_has_no_controller():
