@@ -21,6 +21,7 @@ from rigsim import (
     swept_test,
     tapped_test,
 )
+from rigsim.experiment.protocols.bench import replay
 from rigsim.model.oscillator import matrices
 from rigsim.model.shaker import MODES
 from rigsim.results import Status
@@ -179,6 +180,16 @@ def test_protocols_settle_on_what_a_long_sine_test_finds(mode):
     turns = np.exp(-2j * np.pi * 26.0 * np.arange(4000) / 4000)
     assert abs(2 * np.mean(record.force[last] * turns)) == pytest.approx(abs(given[0, 0]), rel=2e-3)
     assert abs(2 * np.mean(record.voltage[last] * turns)) == pytest.approx(abs(given[0, 1]), rel=2e-3)
+
+
+def test_a_voltage_that_jumps_from_point_to_point_keeps_the_second_order():
+    motions = []
+    for k in (1, 2, 4):
+        test = ramp_test(RIG, [1.0, 3.0], 20.0, dwell=1.25, start="equilibrium", step=1e-4 / k, drive=VOLTAGE)
+        found = replay(RIG, test.drives[0], "equilibrium", test.step, 10 * k, VOLTAGE)
+        motions.append(found[1500:2400, [0, 1, 2]])
+    coarse, fine = (abs(one - other).max(axis=0) for one, other in zip(motions, motions[1:], strict=False))
+    np.testing.assert_allclose(coarse / fine, 4, rtol=0.1)
 
 
 def test_benches_with_and_without_a_drive_stand_side_by_side():

@@ -69,7 +69,7 @@ def _columns(numbers, ends):
     return columns | {"run": np.array([number for number, _ in read]), "drives": np.array(drives)}
 
 
-def replay(rig, drives, shaker, start, step, every):
+def replay(rig, drives, start, step, every, shaker=None):
     """Force (N), shaker, mass (m), tilt (rad) and voltage (V) of one bench at each ``every``-th step (n, 5), again."""
     space, kept, passed = RigSpace([rig], step, start, [shaker]), [], 0
     for drive in drives:

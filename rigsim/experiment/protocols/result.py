@@ -176,7 +176,7 @@ class BenchTest(ResultSequence):
         given = f"sample_rate = {sample_rate:g} Hz for {steps * self.step:.4g} s"
         affordable(given, memory=_SAMPLE * steps / every, seconds=_STEP * steps, instead="a lower rate")
         drive = self.shakers[run]
-        found = replay(self.parameters[run], self.drives[run], drive, self.start, self.step, every)
+        found = replay(self.parameters[run], self.drives[run], self.start, self.step, every, drive)
         force, shaker, mass, tilt, voltage = found.T
         if self.sensors[run] is not None:
             time = every * self.step * np.arange(force.size)
