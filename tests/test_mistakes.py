@@ -125,6 +125,7 @@ def made():
         "sheet": response_sheet(RIG, (20, 30), (3.0, 3.3), 1), "statics": static_equilibrium(RIG),
         "modes": linear_modes(RIG), "study": tolerance_study(RIG, 3.18, {"m": "1 %"}, samples=10),
         "converged": force_scenario(RIG, 2, band=(20, 30), force=(3.0, 3.3)),
+        "drives": rigsim.compare_drives(RIG, 3.18, [30.0], rigsim.ShakerDrive(), tap=None, duration=1),
         "integrity": integrity(RIG, 3.18, 30.0, samples=16, starts=16),
     }  # fmt: skip
 
@@ -276,6 +277,8 @@ def methods(made):
         "tests": "object", "orbits": "object", "names": "text?"}  # fmt: skip
     for name in ("found", "walked_past"):
         yield f"Comparison.{name}", getattr(made["comparison"], name), {"i": 0}, {"i": "motion"}
+    for name in ("points", "apart"):
+        yield f"DriveComparison.{name}", getattr(made["drives"], name), {"i": 0}, {"i": "motion"}
     yield "BenchTest.to_record", made["bench"].to_record, {}, {"run": "motion", "sample_rate": "number"}
     yield "BenchTest.column", made["bench"].column, {"name": "time"}, {"name": "word"}
     sensed = {"time": np.arange(3.0), "displacements": np.zeros((3, 2))}
@@ -331,6 +334,8 @@ def pictures(made):
         ("bench", "points", {}),
         ("bench", "waits", {}),
         ("comparison", "tests", {}),
+        ("drives", "drives", {}),
+        ("drives", "waveforms", {}),
         ("study", None, {}),
         ("attractors", None, {}),
     ):  # fmt: skip

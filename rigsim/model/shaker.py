@@ -116,7 +116,8 @@ class ShakerDrive(Result):
         With U = F R/Bl at the coil, Bl I = F_eff - (i omega c_e + omega^2 m_e) Xs: F_eff = F/(1 + i omega L/R), damping
         c_e = Bl^2 R/(R^2 + omega^2 L^2) more, and mass m_e = L Bl^2/(R^2 + omega^2 L^2) less. At the frequency 0 that
         is cs + Bl^2/R and ms - L (Bl/R)^2, which holds while omega L is far below R. A held force is one; at a held
-        acceleration the frame is no degree of freedom: it moves as one a million times as heavy, driven as hard.
+        acceleration the frame is no degree of freedom: it moves as one a million times as heavy, driven as hard. The
+        parameters are of the kind that is given, so that converged theory takes them, too.
 
         Parameters
         ----------
@@ -126,18 +127,19 @@ class ShakerDrive(Result):
         frequency : float
             Hz.
         """
-        p, force = oscillator_of(parameters), checks.positive("force", force, "N")
+        mass, force = oscillator_of(parameters).ms, checks.positive("force", force, "N")
         frequency = checks.real("frequency", frequency, "Hz", low=0.0)
         if self.mode == "acceleration":
-            return p.replace(ms=_HEAVY * p.ms), complex(_HEAVY * force)
+            return parameters.replace(ms=_HEAVY * mass), complex(_HEAVY * force)
         if self.mode != "voltage":
-            return p, complex(force)
+            return parameters, complex(force)
         R, reactance = self.resistance, 2 * np.pi * frequency * self.inductance
         admittance = self.force_factor**2 / (R**2 + reactance**2)
-        if not self.inductance * admittance < p.ms:
+        if not self.inductance * admittance < mass:
             least = self.inductance * admittance
-            raise ValueError(f"ms = {p.ms:g} kg is lighter than the coil makes it; expected above {least:.3g} kg")
-        changed = p.replace(cs=p.cs + R * admittance, ms=p.ms - self.inductance * admittance)
+            raise ValueError(f"ms = {mass:g} kg is lighter than the coil makes it; expected above {least:.3g} kg")
+        damping = parameters.cs + R * admittance
+        changed = parameters.replace(cs=damping, ms=mass - self.inductance * admittance)
         return changed, complex(force / (1 + 1j * reactance / R))
 
     def summary(self):
