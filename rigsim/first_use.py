@@ -12,7 +12,7 @@ def calls():
         "existence charts": lambda: rigsim.existence_chart(rig, force, "c", "cs", points=(3, 3)),
         "periodic orbits": lambda: [branch.special_points for branch in rigsim.periodic_orbits(rig, 16.0, (48, 58))],
         "basins": lambda: rigsim.basins(rig, force, frequency),
-        "sine tests": lambda: rigsim.sine_test(rig, force, frequency, tap=rigsim.Tap(time=0.1), duration=1),
+        "sine tests": lambda: rigsim.sine_test(rig, force, frequency, rigsim.Tap(time=0.1), 1).out_of_plane(),
         "linear modes": lambda: rigsim.linear_modes(rig),
         "identification": lambda: rigsim.identify(rigsim.random_test(rig, duration=5)).plot("detached curves"),
     }

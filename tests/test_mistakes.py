@@ -25,6 +25,7 @@ from rigsim import (
     basins,
     existence_chart,
     explore,
+    feedback_test,
     force_scenario,
     frequency_response,
     harmonics_worth,
@@ -34,6 +35,7 @@ from rigsim import (
     margins,
     overlay,
     periodic_orbits,
+    phase_locked_test,
     response_sheet,
     sine_test,
     static_equilibrium,
@@ -113,12 +115,15 @@ def made():
     taps = tap_map(RIG, 3.18, 30.0, velocity=[-0.5, 0.0, 0.5], instants=4, starts=32)
     force = np.random.default_rng(1).standard_normal((3, 4000))
     record = Record(*force, 1000.0, tilt=np.zeros(4000))
+    under_feedback = feedback_test(RIG, 3.18, 30.0, points=4, average=0.5, settle=0.1)
     bench = rigsim.stepped_test(RIG, 3.18, [30.0], dwell=1)
     orbits = periodic_orbits(RIG, 3.18, (20, 30), 1, search="seeds")
     row = LedgerRow("Table 1", "ms", "0.154", "kg", 0.154, "yes", "")
     return {
         "response": frequency_response(RIG, 3.18, low), "attractors": found, "test": test, "taps": taps,
         "smallest": SmallestTap(found, 0, 1, 0.5, 0.1, 2e-3, True, 1.0), "record": record,
+        "feedback": under_feedback, "measured": under_feedback.at(2.0), "held": under_feedback[0],
+        "locked": phase_locked_test(RIG, 0.1, average=0.5, patience=0.5),
         "overlay": overlay(RIG, test), "ledger": Ledger((row,), None), "scenario": force_scenario(RIG),
         "orbits": orbits, "bench": bench,
         "comparison": rigsim.compare_tests(orbits, bench), "margins": margins(RIG, 3.18, names=["m"]),
@@ -200,6 +205,14 @@ def functions(made):
     yield "random_test", rigsim.random_test, {"parameters": RIG}, {"duration": "within, 2.5", "sample_rate": "number"}
     yield "sine_test", sine_test, RIGHT, {
         "force": "array", "frequency": "within, 2.5", "duration": "within, 2.5"}  # fmt: skip
+    controller = {"design": "object?", "average": "within, 2.5"}
+    yield "feedback_test", feedback_test, RIGHT, controller | {
+        "frequency": "within", "amplitude": "within?", "points": "whole", "feedback": "word", "delay": "whole",
+        "noise": "in the cylinder", "noise_floor": "in the cylinder", "settle": "not negative",
+        "limit": "number?"}  # fmt: skip
+    yield "phase_locked_test", phase_locked_test, {"parameters": RIG, "force": 1.0}, controller | {
+        "force": "array", "phase": "any array", "frequency": "within, 2.5?", "signal": "word",
+        "patience": "within, 2.5"}  # fmt: skip
     turns = {"frequency": (20, 30)}
     waits = {"dwell": "within, 2.5", "limit": "within", "frequency": "within, 2.5", "force": "array"}
     yield "stepped_test", rigsim.stepped_test, RIGHT, waits
@@ -270,8 +283,12 @@ def methods(made):
     yield "inspect", Record.inspect, {"path": "x.csv"}, {}
     moved = dict.fromkeys(("delay", "clock", "spikes"), "object?") | {"swap": "flag", "reverse": "objects"}
     yield "realigned", record.realigned, {}, moved
+    yield "SineTest.record", made["test"].record, {"i": 0}, {"i": "motion"}
+    yield "FeedbackTest.held", made["feedback"].held, {"frequency": 30.0}, {"frequency": "within"}
+    yield "FeedbackTest.at", made["feedback"].at, {"force": 3.0}, {}
     test, compared = made["test"], lambda tests, orbits, names=None: rigsim.compare_tests(orbits, tests, names=names)
     yield "SineTest.record", test.record, {"i": 0}, {"i": "motion"}
+    yield "SineTest.in_space", test.in_space, {"i": 0}, {"i": "motion"}
     yield "SineTest.out_of_plane", test.out_of_plane, {}, {}
     yield "compare_tests", compared, {"tests": test, "orbits": made["comparison"].orbits}, {
         "tests": "object", "orbits": "object", "names": "text?"}  # fmt: skip
@@ -326,10 +343,16 @@ def pictures(made):
         ("test", "spectrum", {"indices": "places", "beside": "objects", "highest": "not negative but zero"}),
         ("statics", "rig", {"beside": "objects", "exaggeration": "not negative but zero", "titles": "text?"}),
         ("statics", "statics", {"points": "whole"}),
+        ("statics", "pymunk", {}),
         ("modes", "shapes", {"largest": "number"}),
         ("sheet", "sheet", {"force": "number?"}),
         ("sheet", "amplitude", {"forces": "within?"}),
         ("converged", "scenario", {"force": "number?"}),
+        ("feedback", "s-curves", {"force": "number?"}),
+        ("feedback", "sheet", {"forces": "array?", "beside": "object?"}),
+        ("measured", "response", {"beside": "object?"}),
+        ("held", "record", {"periods": "whole, many"}),
+        ("locked", "backbone", {"beside": "object?"}),
         ("margins", None, {}),
         ("bench", "points", {}),
         ("bench", "waits", {}),
@@ -352,6 +375,8 @@ def pictures(made):
         "start": "not negative",
         "stop": "within, 2.5?",
         "exaggeration": "not negative but zero",
+        "displacement": "not negative but zero",
+        "channel": "word",
         "frames": "whole",
         "seconds": "number",
         "titles": "text?",
@@ -362,7 +387,7 @@ def pictures(made):
     moving = {"name": "Force", "values": [1.0, 2.0], "unit": "N", "panels": panel, "alt": "words"}
     texts = dict.fromkeys(("name", "unit", "alt", "caption"), "text")
     others = {"values": "within", "panels": "object", "notes": "texts?", "start": "motion", "seconds": "number?"}
-    sizes = {"digits": "whole", "width": "size", "height": "size?", "columns": "whole, many"}
+    sizes = {"digits": "whole", "width": "size", "height": "size?", "columns": "whole, many", "key": "object?"}
     yield "MovingPlot", MovingPlot, moving, texts | others | sizes
 
 

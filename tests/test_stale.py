@@ -48,7 +48,13 @@ SILENT = {
     "greenlet": "playwright's, likewise",
 }
 FOR_USERS = {"Gap"}  # a law of `identification.terms` that rigsim itself tries on no record
-PEERS = {"contique", "llsi", "pyHarm", "sippy_unipi"}  # of tests/benchmarks/peers, in an environment of their own
+PEERS = {
+    "contique",
+    "exudyn",
+    "llsi",
+    "pyHarm",
+    "sippy_unipi",
+}  # of tests/benchmarks/peers, in an environment of their own
 
 
 @pytest.mark.parametrize("how", [("check", "--quiet", "--output-format=concise"), ("format", "--diff", "--quiet")])

@@ -3,10 +3,13 @@
 The planar motion solves the equations in space exactly, so that only a deviation tells: each test is run again from a
 yaw and a roll of a millionth. Where that grows, the same integration with the mass guided in the plane says what it
 changes. For tests that settled, the linear equations out of the plane about the planar periodic motion tell as well,
-by Floquet's multipliers, and how slowly: what has no time to grow in the test may do so in a longer one.
+by Floquet's multipliers, and how slowly: what has no time to grow in the test may do so in a longer one. The two differ
+where a deviation grows during the transient only, about a motion that is stable in the end. And where the planar motion
+does not settle, any disturbance may change z's line by a per cent: a mark there says that no line of z is to be relied
+on, and one near the limit may fall on either side of it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -17,15 +20,18 @@ from ..model import spatial
 from ..model.planar import largest_tilt, longest_step, rest_position, static_equilibrium
 from ..results import Result, Status, frame
 from .driven import check_force
+from .record import Record
 
 YAW, ROLL = 1e-6, 2e-6  # rad, at the start
 GROWN = 1e-3  # rad; past it a deviation is no longer small
 CHANGED = 0.01  # of z's line; past it the planar test says too much
 _SLOW = 1e-3  # 1/s; slower growth of a deviation is rounding, or of no interest
-_WINDOW, _HARMONICS = 1.0, 10
+_WINDOW, _HARMONICS, _SAMPLES = 1.0, 10, 40  # s; of a line's fit; steps a period at least, on soft rigs too
 _CHUNK = 4  # tests that one thread takes at a time
 _SLICE = 2000  # steps between two looks, some 5 ms
 _STEP = 5e-6  # seconds of a step, of a run in the plane and one in space
+_KEPT = 8 * (spatial.SIZE + 1)  # bytes of a step that is kept
+_ROUNDS = 16  # of Newton's method
 _SIZES = np.array([1e-3, 1e-3, 1e-4, 1e-2, 0.2, 0.2, 0.2, 10.0])  # of planar coordinates and rates, m, rad and s
 
 
@@ -96,9 +102,51 @@ class OutOfPlane(Result):
         return frame(columns)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class SpaceRecord(Record):
+    """`Record` of a test in three dimensions; of what a file can keep it has the planar channels.
+
+    Attributes
+    ----------
+    states : ndarray, shape (n, 15)
+        As in `rigsim.model.spatial`, sample by sample.
+    """
+
+    states: np.ndarray = None
+
+    def replace(self, **changes):
+        """A planar `Record` of the same channels, with some fields changed."""
+        return Record(**{one.name: getattr(self, one.name) for one in fields(Record)} | changes)
+
+    def summary(self):
+        """One line that adds the largest roll and yaw."""
+        roll, yaw, _ = np.degrees(spatial.angles(self.states))
+        return f"{super().summary()}; roll up to {abs(roll).max():.2g}, yaw up to {abs(yaw).max():.2g} degrees"
+
+
+def in_space(test, i):
+    """`SpaceRecord` of a test of a `SineTest`; what `SineTest.in_space` gives."""
+    planar, rig = test.record(i), test.parameters[i]
+    if test.status[i] == Status.FLEW_APART:
+        raise ValueError(f"i = {i} flew apart in the plane; expected a test that lasted")
+    shaken = _Shaken(rig, test.force[i], test.frequency[i], test.tap[i], test.duration, test.start)
+    shaken.step = min(shaken.step, 1 / planar.sample_rate)  # samples are found between steps, along straight lines
+    steps, kept = test.duration / shaken.step, []
+    given = f"duration = {test.duration:g} s in three dimensions"
+    affordable(given, seconds=steps * _STEP, memory=_KEPT * _WINDOW / shaken.step, instead="a shorter test")
+    last, *_ = shaken.run(spatial.turned(shaken.start, ROLL, YAW), False, kept)
+    if not np.isfinite(last):
+        raise ValueError(f"i = {i} goes past its wires' reach in three dimensions; expected a test that lasts")
+    time, *columns = np.concatenate(kept).T
+    states = np.column_stack([np.interp(test.time[0] + planar.time, time, column) for column in columns])
+    tilt, mass = spatial.angles(states)[2], spatial.axial_position(rig, states)
+    known = {"parameters": rig, "step": shaken.step, "tilt": tilt, "states": states}
+    return SpaceRecord(planar.force, states[:, 0], mass, planar.sample_rate, planar.hold, **known)
+
+
 def planar_only(rigs):
     """What whoever reads planar results of these `RigParameters` must be told, in words; none for two wire sets."""
-    single = any(p is not None and p.wire_sets == 1 for p in rigs)
+    single = any(p.wire_sets == 1 for p in rigs)
     return "in the plane only: a mass on one wire set may yaw, see SineTest.out_of_plane()" if single else ""
 
 
@@ -112,7 +160,7 @@ def out_of_plane(test, *, progress=False, executor=None, checkpoint=None):
     rigs, n = test.parameters, len(test.frequency)
     check_force("test", test.shakers, ("current",))
     step = {p: _longest_step(p, *spatial.pack([p])) for p in set(rigs)}
-    steps = sum(test.duration / step[p] for p in rigs)
+    steps = sum(test.duration * max(1 / step[p], _SAMPLES * f) for p, f in zip(rigs, test.frequency, strict=True))
     given = f"duration = {test.duration:g} s in three dimensions for {n} rigs"
     affordable(given, seconds=steps * _STEP, instead="fewer rigs or a shorter test", shared=executor or checkpoint)
     parted = test.status == Status.FLEW_APART
@@ -158,7 +206,7 @@ def _longest_step(parameters, rigs, wires):
     """Step (s) that takes a radian of the fastest mode, in the plane or out of it, near the installed position."""
     deviations = np.concatenate([spatial.planar_state(rest_position(parameters)), np.eye(spatial.OUT).ravel()])
     rates = spatial.rates(deviations, rigs[0], wires[0])[spatial.SIZE :].reshape(spatial.OUT, -1)
-    return min(longest_step(parameters) / 2, 1 / np.abs(np.linalg.eigvals(rates)).max())
+    return 1 / max(2 / longest_step(parameters), np.abs(np.linalg.eigvals(rates)).max())
 
 
 def _run_chunk(chunk):
@@ -180,7 +228,7 @@ class _Shaken:
         self.p, self.f, self.tap, self.duration = parameters, frequency, tap, duration
         packed = spatial.pack([parameters])
         self.rig, self.wires = (array[0] for array in packed)
-        self.step = _longest_step(parameters, *packed)
+        self.step = min(_longest_step(parameters, *packed), 1 / (_SAMPLES * frequency))
         at = rest_position(parameters) if start == "rest" else static_equilibrium(parameters).coordinates
         self.start = spatial.planar_state(at)
         self.drive = spatial.drive(force, frequency)
@@ -198,8 +246,11 @@ class _Shaken:
             multipliers, growth = self.multipliers(end, periods, guided)
         return *largest, last, change, multipliers, growth
 
-    def run(self, state, planar):
-        """Shake to the end: z's line over the last second (m), the end's state, largest roll, yaw (rad), shift (m)."""
+    def run(self, state, planar, kept=None):
+        """Shake to the end: z's line over the last second (m), the end's state, largest roll, yaw (rad), shift (m).
+
+        Into the list ``kept`` go time and states of the last second, as arrays of 16 columns.
+        """
         cuts, tap = {0.0, self.duration - _WINDOW, self.duration}, self.tap
         if tap is not None:
             cuts |= {tap.time, tap.time + tap.duration}
@@ -210,6 +261,8 @@ class _Shaken:
                 drive = spatial.drive(drive[0], self.f, tap, self.p.m)
             steps = max(1, int(np.ceil((high - low) / self.step)))
             h = (high - low) / steps
+            if kept is not None and low >= self.duration - _WINDOW:
+                kept.append(np.array([[low, *state]]))
             for first in range(0, steps, _SLICE):
                 look()
                 trace = np.empty((min(_SLICE, steps - first), spatial.SIZE))
@@ -221,6 +274,8 @@ class _Shaken:
                 if low >= self.duration - _WINDOW:
                     time = low + h * (first + 1 + np.arange(len(trace)))
                     window.append(np.column_stack([time, trace[:, 0] - spatial.axial_position(self.p, trace)]))
+                    if kept is not None:
+                        kept.append(np.column_stack([time, trace]))
         return self.line(*np.concatenate(window).T), state, *largest
 
     def line(self, time, z, periods=1):
@@ -241,18 +296,19 @@ class _Shaken:
         lost = np.full(spatial.OUT, np.nan + 0j), np.nan
         period = periods / self.f
         steps = int(np.ceil(2 * period / self.step))
-        x = spatial.planar_numbers(end)
-        for _ in range(12):
+        x, before = spatial.planar_numbers(end), 0.0
+        for _ in range(_ROUNDS):
             look()
-            ends = [self.after(one, period, steps) for one in (x, *(x + 1e-5 * np.diag(_SIZES)))]
-            missed = (ends[0] - x) / _SIZES
-            if not np.abs(missed).max() < 1e3:
-                return lost
-            moved = (np.array(ends[1:]) - ends[0]).T / _SIZES[:, None] / 1e-5
-            if np.abs(missed).max() < 1e-9:
+            after = self.after(x, period, steps)
+            missed = (after - x) / _SIZES
+            size = np.abs(missed).max()
+            if size < 1e-9 or not size < 1e3:
                 break
-            x = x + _SIZES * np.linalg.solve(np.eye(8) - moved, missed)
-        else:
+            if not size < before / 10:  # a derivative serves as long as it does well
+                ends = np.array([self.after(one, period, steps) for one in x + 1e-5 * np.diag(_SIZES)])
+                moved = (ends - after).T / _SIZES[:, None] / 1e-5
+            x, before = x + _SIZES * np.linalg.solve(np.eye(8) - moved, missed), size
+        if not size < 1e-9:
             return lost
         state = np.concatenate([spatial.planar_state(x[:4], x[4:]), np.eye(spatial.OUT).ravel()])
         trace = np.empty((steps, state.size))

@@ -17,7 +17,12 @@ _KINDS = {kind.__name__: kind for kind in (parameters.RigParameters, parameters.
 def saved(record, path):
     """See `Record.save`."""
     path = Path(checks.path("path", path))
-    write = chosen(path, WRITERS)
+    write, units = chosen(path, WRITERS), {"time": "s"} | record.units
+    written(path, lambda file: write(file, _details(record), {"time": record.time} | record.channels, units), "record")
+
+
+def written(path, write, what):
+    """Have ``write(file)`` make a file, whole or not at all; ``what`` it is, for a message."""
     # A link stays one: what it points to is replaced.
     target = Path(os.path.realpath(path))
     if target.exists() and not (target.is_file() and os.access(target, os.W_OK)):
@@ -25,7 +30,7 @@ def saved(record, path):
     temporary, kept = target.with_name(f".rigsim-{uuid4().hex}"), ""
     try:
         with open(temporary, "xb") as file:
-            write(file, _details(record), {"time": record.time} | record.channels, {"time": "s"} | record.units)
+            write(file)
         if target.exists() and target.stat().st_nlink > 1:
             # Replacing it would leave the file's other names with what was; so it is written over, from a whole copy.
             kept = f"; it is whole in {temporary.name} beside it"
@@ -41,7 +46,7 @@ def saved(record, path):
                 temporary.unlink()
         if isinstance(error, OSError):
             reason = error.strerror or " ".join(str(error).split())
-            raise OSError(error.errno, f"the record cannot be written: {reason}{kept}", str(path)) from None
+            raise OSError(error.errno, f"the {what} cannot be written: {reason}{kept}", str(path)) from None
         raise
 
 

@@ -15,7 +15,7 @@ from ..model.shaker import ShakerDrive, check_drives
 from ..parameters import rigs_of
 from ..results import Result, Status, frame
 from .driven import Driven, read_sent
-from .out_of_plane import out_of_plane, planar_word
+from .out_of_plane import in_space, out_of_plane, planar_word
 from .record import Record
 from .steady import HARMONICS, LOWEST, WINDOW, read_or_parted, sampling
 
@@ -119,6 +119,13 @@ class SineTest(Result):
         """
         progress, executor, checkpoint = checks.running(progress, executor, checkpoint)
         return out_of_plane(self, progress=progress, executor=executor, checkpoint=checkpoint)
+
+    def in_space(self, i):
+        """What ``record(i)`` would be in three dimensions, from a yaw of 1e-6 rad and a roll of 2e-6: a `SpaceRecord`.
+
+        `ValueError` if there is no test ``i``, or it does not last.
+        """
+        return in_space(self, checks.integer("i", i, low=0, high=len(self.frequency) - 1))
 
     def summary(self):
         """One line: how many tests, how many of each status."""

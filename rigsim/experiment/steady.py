@@ -10,6 +10,7 @@ DRIFT = 1e-3  # largest change of z between the window's halves that counts as s
 STRAY = 0.02  # largest line of z, off the harmonics, that counts as none
 WINDOW = 1.0  # s, of a reading
 LOWEST = 2 / WINDOW  # Hz; two whole periods, so that the window's halves can be compared
+_NONE = 1e-300  # m: where a coarse sensor shows no motion
 _LOWEST = 1.0  # Hz; slower lines are no better than the mean over a window of a second
 _USUAL = 1 / 4000  # s between samples, up to 160 Hz
 
@@ -52,7 +53,7 @@ def read_window(time, displacements, f):
         _, lines, _ = _fit_period(time, displacements, f, parts)
         strongest = np.abs(lines[: parts - 1, 2]).argmax()
         below = (strongest + 1) * f / parts, abs(lines[strongest, 2])
-    harmonics = np.abs(lines[parts - 1 :: parts])
+    harmonics = np.maximum(np.abs(lines[parts - 1 :: parts]), _NONE)
     fundamental, distortion = lines[parts - 1], harmonics[1:].max(axis=0) / harmonics[0]
     z = harmonics[0, 2]
     drift = _drift(window, -np.diff(displacements[-len(window) :]), f, parts)
@@ -120,4 +121,4 @@ def _drift(time, z, f, parts):
     at = lines.index(multiples[parts - 1])
     parts = [(time >= begin - 1e-9) & (time <= begin + half + 1e-9) for begin in (time[0], time[-1] - half)]
     first, last = (fit_sines(time[part], z[part], lines)[0][at, 0] for part in parts)
-    return float(abs(last - first) / abs(first + last) * 2)
+    return float(abs(last - first) / max(abs(first + last), _NONE) * 2)

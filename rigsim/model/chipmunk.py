@@ -13,6 +13,7 @@ first velocity is that of half a step later: so velocities live at half steps an
 of second order.
 """
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -155,7 +156,8 @@ class RigSpace:
         self._flown = _FLOWN_WIRE_LENGTHS * np.array([p.d for p in parameters])
         self._reach = np.array([largest_tilt(p) for p in parameters])
         self._parted = np.full(len(parameters), np.nan)
-        self._done = 0
+        self.done = 0  # steps
+        self._parameters = tuple(parameters)
         self._space = pymunk.Space()
         at = {p: rest_position(p) if start == "rest" else static_equilibrium(p).coordinates for p in set(parameters)}
         bodies = []
@@ -187,6 +189,49 @@ class RigSpace:
         self._write.values[:] = 0.0
         _each_body(_EACH_BODY, self._address, self._write.handles)
 
+    @property
+    def handed(self):
+        """What `leapfrog` takes first, for compiled code that calls it; who does so counts its steps in ``done``."""
+        bodies = self._address, self._read.handles, self._read.values, self._write.handles, self._write.values
+        return (
+            _EACH_BODY, _STEP, *bodies,
+            self._rigs, self._wires, self._mass, self._flown, self._reach, self._drives, self._circuits, self._parted,
+        )  # fmt: skip
+
+    def debug_draw(self, axes, i=0):
+        """Draw rig ``i`` as it stands now into Matplotlib axes, through pymunk's own `matplotlib_util.DrawOptions`.
+
+        pymunk draws shapes and constraints, and a `RigSpace` has none: a copy of the two bodies is given them, up and
+        down wires as springs, and is never stepped. It is laid out in tenths of a millimetre, since pymunk's dots have
+        a size of their own; the axes are marked in millimetres. pymunk calls DrawOptions deprecated; it is in the
+        version that rigsim is bound to. Without Matplotlib an `ImportError` says so.
+        """
+        from pymunk.matplotlib_util import DrawOptions
+
+        p, unit, wires = self._parameters[i], 1e4, self._wires[i]
+        drawn, (frame, cylinder) = pymunk.Space(), (pymunk.Body(1.0, 1.0), pymunk.Body(1.0, 1.0))
+        for copy, body in zip((frame, cylinder), tuple(self._space.bodies)[2 * i : 2 * i + 2], strict=True):
+            copy.position, copy.angle = unit * body.position, body.angle
+        half, top = unit * (p.Lm / 2 + abs(p.LG)), unit * (p.Rm + p.d)
+        corners = [(half, top), (-half, top), (-half, -top), (half, -top)]
+        bars = [pymunk.Segment(frame, *ends, 0.0) for ends in zip(corners, corners[1:], strict=False)]
+        springs = [
+            pymunk.DampedSpring(
+                frame, cylinder, (unit * wire["anchor_x"], unit * wire["anchor_y"]),
+                (unit * wire["along"], unit * wire["across"]), unit * p.d0, float(wire["k"]), 0.0,
+            )
+            for wire in wires[(wires["k"] > 0) & (wires["hidden"] == 0)]
+        ]  # fmt: skip
+        drawn.add(frame, cylinder, pymunk.Poly.create_box(cylinder, (unit * p.Lm, unit * 2 * p.Rm)), *bars, *springs)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)
+            drawn.debug_draw(DrawOptions(axes))
+        for axis, name in ((axes.xaxis, "x [mm]"), (axes.yaxis, "y [mm]")):
+            axis.set_major_formatter(lambda place, _: f"{place / 10:g}")
+            axis.set_label_text(name)
+        axes.set_aspect("equal")
+        axes.autoscale_view()
+
     def advance(self, frame_force, tap_force, sample_every, nominal=None):
         """Take as many steps as there are kicks, and return the `Motion` at every ``sample_every``-th.
 
@@ -197,29 +242,26 @@ class RigSpace:
         steps, n = tap_force.shape
         positions, sent = np.empty((steps // sample_every, 4, n)), np.empty((steps // sample_every, 2, n))
         nominal = np.zeros((1, 1), dtype=complex) if nominal is None else nominal
-        _advance(
-            _EACH_BODY, _STEP, self._address, self._read.handles, self._read.values,
-            self._write.handles, self._write.values,
-            self._rigs, self._wires, self._mass, self._flown, self._reach, self._parted,
-            np.ascontiguousarray(frame_force), np.ascontiguousarray(tap_force),
-            self._drives, self._circuits, np.ascontiguousarray(nominal),
-            self.step, self._done, sample_every, positions, sent,
+        forces = (np.ascontiguousarray(each) for each in (frame_force, tap_force, nominal))
+        leapfrog(
+            *self.handed, *forces, self.step, self.done, sample_every, positions, sent,
         )  # fmt: skip
-        self._done += steps
+        self.done += steps
         xs, X, _, tilt = np.moveaxis(positions, 1, 0)
         limited = self._circuits["limited"] > 0
         return Motion(xs, X - self._LG * np.cos(tilt), tilt, *np.moveaxis(sent, 1, 0), limited, self._parted.copy())
 
 
 @compiled(nogil=True)
-def _advance(
+def leapfrog(
     each_body, space_step, space, read_handles, read, write_handles, write,
-    rigs, wires, mass, flown, reach, parted, frame_force, tap_force, drives, circuits, nominal,
+    rigs, wires, mass, flown, reach, drives, circuits, parted, frame_force, tap_force, nominal,
     h, done, sample_every, positions, sent,
 ):  # fmt: skip
-    """The leapfrog. Chipmunk's step drifts, then kicks, so the kick of time t is prepared before the step to t.
+    """Take the steps of `RigSpace.advance`.
 
-    The first kick, of half a step, comes from rest: that step drifts nowhere and ends at t = 0.
+    Chipmunk's step drifts, then kicks, so the kick of time t is prepared before the step to t. The first
+    kick, of half a step, comes from rest: that step drifts nowhere and ends at t = 0.
     """
     q, v, force = np.empty(4), np.empty(4), np.empty(4)
     damping = np.empty((4, 4))

@@ -210,7 +210,7 @@ class StaticEquilibrium(Result):
     sag: float
     coordinates: np.ndarray
 
-    plots = {"rig": "rig_figure", "statics": "statics_figure"}
+    plots = {"rig": "rig_figure", "statics": "statics_figure", "pymunk": "debug_figure"}
 
     def summary(self):
         """One line with tilt and sag."""

@@ -16,6 +16,7 @@ and the axial damper pulls P along x.
 
 import numpy as np
 from scipy.integrate._ivp import dop853_coefficients
+from scipy.spatial.transform import Rotation
 
 from ..compiled import compiled
 from ..parameters import rig_of
@@ -25,6 +26,7 @@ RIG = np.dtype([(name, float) for name in (
 )], align=True)  # fmt: skip
 SIZE = 15
 OUT = 6  # numbers of a deviation out of the plane, see `_lateral_rates`
+_BISECTIONS = 45  # of half a wire, down to a femtometre
 _STAGES = dop853_coefficients.N_STAGES
 _A = np.ascontiguousarray(dop853_coefficients.A[:_STAGES, :_STAGES])
 _B = np.ascontiguousarray(dop853_coefficients.B)
@@ -101,6 +103,42 @@ def axial_position(parameters, states):
     """x of P (m), shape (...,), of states (..., 15)."""
     w, x, y, z = np.moveaxis(states[..., 4:8], -1, 0)
     return states[..., 1] - parameters.LG * (1 - 2 * (y * y + z * z) / (w * w + x * x + y * y + z * z))
+
+
+def wire_pull(parameters, states):
+    """Tension of each wire (N), shape (..., 4 wire_sets), and the way from its pin on the body to that on the frame.
+
+    The way (m) has shape (..., 4 wire_sets, 3), wires the rig's order. A tension below zero pushes; one that lets go
+    pulls with nothing. Dampers of wires are left out.
+    """
+    rigs, wires = pack([parameters])
+    wires = wires[0, : 4 * parameters.wire_sets]
+    shape = states.shape[:-1]
+    turn = Rotation.from_quat(states.reshape(-1, SIZE)[:, 4:8], scalar_first=True).as_matrix().reshape(*shape, 3, 3)
+    shaken = states[..., None, :1] * [1.0, 0.0, 0.0]
+    way = wires[:, :3] + shaken - states[..., None, 1:4] - np.einsum("...ij,wj->...wi", turn, wires[:, 3:6])
+    tension = wires[:, 6] * (np.linalg.norm(way, axis=-1) - parameters.d0)
+    return np.where(tension < 0, 0.0, tension) if rigs["slack"][0] else tension, way
+
+
+def hung(parameters, shaker, mass, tilt, lift=0.0):
+    """Planar states (n, 15), rates left zero, of xs, x of P (m) and tilt (rad), each (n,), where no height is known.
+
+    The height is the one at which the wires carry the mass while it is accelerated upwards by ``lift`` (n,) (m/s^2),
+    found by bisection: the higher it hangs, the less they hold.
+    """
+    states = np.zeros((shaker.size, SIZE))
+    states[:, 0], states[:, 1] = shaker, mass + parameters.LG * np.cos(tilt)
+    states[:, 4], states[:, 7] = np.cos(tilt / 2), np.sin(tilt / 2)
+    middle, half = parameters.LG * np.sin(tilt), parameters.d / 2
+    load = parameters.m * (parameters.gravity + lift)
+    for _ in range(_BISECTIONS):
+        states[:, 2], half = middle, half / 2
+        tension, way = wire_pull(parameters, states)
+        held = (tension * way[..., 1] / np.linalg.norm(way, axis=-1)).sum(axis=-1)
+        middle = middle + np.where(held > load, half, -half)
+    states[:, 2] = middle
+    return states
 
 
 @compiled

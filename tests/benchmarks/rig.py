@@ -72,12 +72,14 @@ def measure():
         every = seconds(sine_test, rig, 3.18, frequency, **sweep)
         rounds.append((bare(rig, frequency, 20_000), alone, every, seconds(random_test, rig)))
     unit, alone, every, record = np.min(rounds, axis=0)
+    space = seconds(sine_test(rig, 3.18, frequency, **sweep).out_of_plane)
     a_step, record_step = alone / (RIGS * DURATION / STEP), record / (100 / STEP)
     return [
         ("unit: bare leapfrog, a rig and step", 1e6 * unit, "us", 1.0),
         (f"sweep of {RIGS} rigs, spectra included, one thread, a rig and step", 1e6 * a_step, "us", a_step / unit),
         ("the same in all", alone, "s", None),
         ("the same as users run it, a thread a processor", every, "s", None),
+        ("which of them last in three dimensions, against that", space, "s", space / every),
         ("Chipmunk's own step of as many free bodies, a rig", 1e6 * chipmunk_step(2 * RIGS) / RIGS, "us", None),
         ("random test of 100 s, a step", 1e6 * record_step, "us", record_step / unit),
         ("the same in all", record, "s", None),

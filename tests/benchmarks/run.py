@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
-ON_REQUEST = ("peers", "peers_identification")  # minutes, and an environment of their own
+ON_REQUEST = ("campaign", "peers", "peers_identification", "peers_spatial")  # minutes, or an environment of their own
 
 
 def fastest(function, repeats=5):

@@ -130,6 +130,7 @@ def test_a_lease_tells_other_processes_and_leaves_nothing_behind():
 
 LONG = {
     "sine tests": "sine_test(rig, 3.18, np.linspace(10, 80, 200), duration=300)",
+    "three dimensions": "sine_test(rig, 3.18, np.linspace(10, 80, 600), duration=1).out_of_plane()",
     "a random test": "random_test(rig, duration=3000)",
     "an identification": "identify(random_test(rig, duration=300))",
     "single-term stability": "frequency_response(rig, 3.18, np.linspace(5, 80, 2_000_000)).stable",

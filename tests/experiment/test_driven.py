@@ -190,7 +190,7 @@ def test_a_voltage_that_jumps_from_point_to_point_keeps_the_second_order():
     for k in (1, 2, 4):
         test = ramp_test(RIG, [1.0, 3.0], 20.0, dwell=1.25, start="equilibrium", step=1e-4 / k, drive=VOLTAGE)
         found = replay(RIG, test.drives[0], "equilibrium", test.step, 10 * k, VOLTAGE)
-        motions.append(found[1500:2400, [0, 1, 2]])
+        motions.append(found[1500:2400, [0, 1, 3]])
     coarse, fine = (abs(one - other).max(axis=0) for one, other in zip(motions, motions[1:], strict=False))
     np.testing.assert_allclose(coarse / fine, 4, rtol=0.1)
 

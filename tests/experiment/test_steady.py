@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigsim.experiment.steady import read_window
+from rigsim.experiment.steady import read_window, sampling
 from rigsim.results import Status
 
 F = 20.0
@@ -101,3 +101,14 @@ def test_the_bound_is_two_per_cent_of_z(amplitude, status):
 
 def test_a_large_offset_is_no_line():
     assert read(mean=1.0)[-1][0] == Status.SETTLED
+
+
+def test_samples_of_any_frequency_fall_on_those_of_low_ones():
+    """Ten harmonics below four fifths of the half rate where the step allows it, and every instant a common one."""
+    for step in (5e-5, 1.3e-5, 1e-4):
+        usual = sampling(2.0, step)
+        assert usual == max(1, int(2.5e-4 / step))
+        for f in (2.0, 80.0, 160.0, 161.0, 240.0, 1 / (40 * step)):
+            every = sampling(f, step)
+            assert usual % every == 0 and (every == 1 or 1 / (every * step) >= 25 * f * (1 - 1e-9))
+    assert [sampling(f, 5e-5) for f in (160.0, 161.0, 500.0)] == [5, 1, 1]

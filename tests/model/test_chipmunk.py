@@ -8,6 +8,8 @@ import numpy as np
 import pymunk
 import pymunk.batch
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
 
 from rigsim.model.chipmunk import PYMUNK, RigSpace
 from rigsim.model.excitation import CosineForce, HeldForce, Tap, TapForce
@@ -130,6 +132,21 @@ def test_a_rig_started_in_equilibrium_stays_put(rig):
     np.testing.assert_allclose(still.tilt, q[3], rtol=0, atol=1e-12)
     np.testing.assert_allclose(still.shaker, q[0], rtol=0, atol=1e-15)
     np.testing.assert_allclose(still.mass, q[1] - rig.LG * np.cos(q[3]), rtol=0, atol=1e-13)
+
+
+def test_pymunk_draws_the_rig_where_its_bodies_are():
+    space = RigSpace([ONE_SET, RIG], 5e-5, "equilibrium")
+    space.advance(np.full((400, 1), 30.0), np.zeros((400, 2)), 400)
+    axes = Figure().subplots()
+    space.debug_draw(axes, 1)
+    frame, cylinder = tuple(space._space.bodies)[2:]
+    box = next(patch for patch in axes.patches if isinstance(patch, Polygon)).get_xy()[:4]
+    np.testing.assert_allclose(box.mean(axis=0), 1e4 * np.array(cylinder.position), atol=1e-3)
+    np.testing.assert_allclose(np.ptp(box, axis=0), 1e4 * np.array([RIG.Lm, 2 * RIG.Rm]), rtol=1e-3)
+    dots = [patch.center for patch in axes.patches if isinstance(patch, Circle)]
+    assert len(dots) == 8, "both ends of four wires in the plane"
+    assert max(x for x, _ in dots) == pytest.approx(1e4 * (frame.position.x + RIG.set_positions[1]), abs=0.1)
+    assert axes.get_xlabel() == "x [mm]" and frame.position.x > 1e-4
 
 
 def test_a_rig_started_at_rest_begins_at_zero_and_then_sags():

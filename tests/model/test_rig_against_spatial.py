@@ -75,6 +75,27 @@ def test_fundamentals_of_one_set_agree():
     assert_fundamentals_agree(ONE_SET, [36.0, 40.0, 43.0, 46.0, 50.0], Tap())
 
 
+ROCKING = ONE_SET.replace(rocking_damping=1e-5)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(
+    ("parameters", "frequency", "tap"),
+    [(TWO_SETS, FREQUENCY, None), (TWO_SETS, FREQUENCY, Tap()), (ROCKING, np.array([40.0, 50.0, 56.0, 60.0]), Tap())],
+    ids=["two sets from rest", "two sets tapped", "one set tapped"],
+)
+def test_settled_fundamentals_converge_at_second_order(parameters, frequency, tap):
+    """One set as it is rocks on after a tap: at 60 Hz its phase is lost after 3 s, and no step gets below 3e-4."""
+    expected = referee_amplitudes(parameters, frequency, tap)[2]
+    errors = []
+    for step in (5e-5, 2.5e-5):
+        found = sine_test(parameters, FORCE, frequency, tap=tap, step=step).relative
+        errors.append(np.abs(found - expected) / np.abs(expected))
+    assert errors[0].max() < 1e-3
+    assert errors[1].max() < 3e-4
+    np.testing.assert_allclose(errors[0] / errors[1], 4, rtol=0.1)
+
+
 def largest_errors(parameters, hold, start, channel="relative", duration=0.5, sample_rate=2000.0):
     """Largest difference of a channel over its rms, for steps halved twice."""
     force = np.random.default_rng(2014).normal(0, 1.115, round(duration * sample_rate))
@@ -83,6 +104,15 @@ def largest_errors(parameters, hold, start, channel="relative", duration=0.5, sa
     records = (simulate(parameters, force, sample_rate, hold, start, step) for step in (5e-5, 2.5e-5, 1.25e-5))
     errors = [np.abs(getattr(record, channel) - expected).max() for record in records]
     return np.array(errors) / np.sqrt(np.mean(expected**2))
+
+
+@pytest.mark.full
+def test_a_random_record_is_right_to_a_few_parts_in_ten_thousand():
+    force = np.random.default_rng(2014).normal(0, 1.115, 20_000)
+    record = simulate(TWO_SETS, force, 2000.0)
+    traces = referee.simulate_held(TWO_SETS, force, 2000.0, "zero", "equilibrium", step=2.5e-5)
+    for name, expected in zip(("shaker", "mass", "relative"), traces, strict=False):
+        assert np.std(getattr(record, name) - expected) < 2e-4 * np.std(expected)
 
 
 @HOLDS

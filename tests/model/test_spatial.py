@@ -6,6 +6,7 @@ from scipy.optimize import brentq
 
 from rigsim.model import spatial
 from rigsim.model.excitation import Tap
+from rigsim.model.planar import static_equilibrium
 from rigsim.parameters import RigParameters
 from tests.model import refereed as referee
 
@@ -68,6 +69,35 @@ def test_forces_and_moments_are_the_gradient_of_the_energy(parameters, tension_o
             # fourth-order central difference
             slope = (height[0] - 8 * height[1] + 8 * height[2] - height[3]) / (12 * nudge)
             assert forces[j] == pytest.approx(-slope, rel=1e-6, abs=1e-6 * np.abs(forces).max())
+
+
+@RIGS
+@pytest.mark.parametrize("tension_only", [False, True])
+def test_tensions_add_up_to_the_compiled_pull_of_the_wires(parameters, tension_only):
+    parameters = parameters.replace(tension_only=tension_only, wire_damping=0.0)
+    rig, wires = referee.rig_and_wires(parameters)
+    states = np.array(some_states(5) + free_states())
+    tension, way = spatial.wire_pull(parameters, states)
+    forces = (tension[..., None] * way / np.linalg.norm(way, axis=-1)[..., None]).sum(axis=1)
+    np.testing.assert_allclose(forces, [spatial.pull_of_wires(one, rig, wires)[:3] for one in states], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "miss"),
+    [(TWO_SETS, 1e-5), (ONE_SET, 3e-3), (TWO_SETS.replace(d0=0.0339998, tension_only=True), 0.05)],
+)
+def test_tensions_of_a_motion_without_its_heights_are_those_with_them(parameters, miss):
+    """One set rocks, so that the mass's own acceleration counts; wires that go slack let it fall for a moment."""
+    rig, wires = referee.rig_and_wires(parameters)
+    state, trace = spatial.planar_state(static_equilibrium(parameters).coordinates), np.empty((400, spatial.SIZE))
+    spatial.march(state, 0.0, 5e-6, 40_000, rig, wires, spatial.drive(3.18, 50.0), True, trace)
+    tilt = spatial.angles(trace)[2]
+    lift = parameters.LG * np.gradient(np.gradient(np.sin(tilt))) * 2000.0**2
+    found = spatial.hung(parameters, trace[:, 0], spatial.axial_position(parameters, trace), tilt, lift)
+    told, known = (spatial.wire_pull(parameters, states)[0] for states in (found, trace))
+    assert np.abs(told - known).max() < miss * known.max()
+    slack = known <= 0
+    assert slack.any() == parameters.tension_only and (slack == (told <= 0)).mean() > 0.99
 
 
 def moved(state, j, by):
@@ -240,6 +270,39 @@ def test_compiled_march_agrees_with_scipy(parameters, tap):
     np.testing.assert_allclose(compiled[0], scipy[0], rtol=0, atol=1e-12)
     for one, other in zip(compiled[1:4], scipy[1:4], strict=True):
         assert np.abs(one - other).max() < 1e-6 * np.abs(other).max()
+
+
+def test_one_set_yaws_and_either_rolls_as_pendulums_of_their_tension():
+    """And two sets yaw as a beam of their side wires; installed, weightless, by the equations out of the plane."""
+    p, tension = ONE_SET, ONE_SET.wire_stiffness[0] * (ONE_SET.d - ONE_SET.d0)
+    yaw = 2 * tension * p.Rm * (p.Rm + p.d) / p.d / (p.inertia + p.m * p.LG**2)
+    roll = 4 * tension * p.Rm * (p.Rm + p.d) / p.d / (p.m * p.Rm**2 / 2)
+    found = out_of_plane_modes(ONE_SET)
+    assert found[:2] == pytest.approx(np.sqrt([yaw, roll]) / (2 * np.pi), rel=3e-4)
+    assert found[:2] == pytest.approx([12.6, 51.1], abs=0.05)
+    middle = TWO_SETS.replace(set_centre=TWO_SETS.LG)
+    beam = 4 * middle.k * middle.half_spacing**2 / middle.inertia
+    assert out_of_plane_modes(middle)[[0, 2]] == pytest.approx(np.sqrt([roll, beam]) / (2 * np.pi), rel=1e-3)
+
+
+def out_of_plane_modes(p):
+    rig, wires = referee.rig_and_wires(p)
+    deviations = np.concatenate([spatial.planar_state([0, p.LG, 0, 0]), np.eye(6).ravel()])
+    matrix = spatial.rates(deviations, rig, wires)[15:].reshape(6, 6)
+    return np.sort(np.linalg.eigvals(matrix).imag)[3:] / (2 * np.pi)
+
+
+@pytest.mark.parametrize("parameters", [TWO_SETS, ONE_SET], ids=["two sets", "one set"])
+def test_the_random_test_is_too_weak_to_leave_the_plane(parameters):
+    (rig, wires), rate = referee.rig_and_wires(parameters), 2000.0
+    force = np.random.default_rng(2014).normal(0, 1.115, 20_000)
+    state = spatial.turned(referee.starting_state(parameters, "equilibrium"), 2e-6, 1e-6)
+    largest = 0.0
+    for k, level in enumerate(force):
+        drive = np.array([0, 0, level, 0, 0, 0, 0, 1.0])
+        spatial.march(state, k / rate, 1 / rate / 4, 4, rig, wires, drive, False, referee.NO_TRACE)
+        largest = max(largest, *np.abs(spatial.angles(state)[:2]))
+    assert largest < 1e-4
 
 
 def test_compiled_march_agrees_with_scipy_in_space():

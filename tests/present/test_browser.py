@@ -166,6 +166,30 @@ def test_motion_waits_to_be_asked_for(browser, small_reports, reduced_motion):
         assert slider.input_value() == stopped and button.text_content() == "Play"
 
 
+@pytest.mark.parametrize(("reduced_motion", "ends"), [("no-preference", False), ("reduce", True)])
+def test_keyboard_plays_pauses_and_steps_and_little_motion_ends_by_itself(browser, small_reports, reduced_motion, ends):
+    with opened(browser, small_reports / "01_first.html", reduced_motion=reduced_motion) as page:
+        figure = page.locator(".rigsim-moving").nth(1)
+        button, slider = figure.locator("button"), figure.locator("input")
+        slider.focus()
+        page.keyboard.press("Space")
+        page.wait_for_function("() => document.querySelectorAll('.rigsim-moving input')[1].value > 2")
+        page.keyboard.press("Space")
+        stopped = int(slider.input_value())
+        assert button.text_content() == "Play"
+        page.keyboard.press("ArrowRight")
+        assert int(slider.input_value()) == stopped + 1
+        page.keyboard.press("End")
+        page.keyboard.press("ArrowLeft")
+        page.keyboard.press("Space")  # from the last picture but one
+        if ends:
+            page.wait_for_function("() => document.querySelectorAll('.rigsim-moving button')[0].textContent == 'Play'")
+            assert slider.input_value() == slider.get_attribute("max")
+        else:
+            page.wait_for_function("() => document.querySelectorAll('.rigsim-moving input')[1].value == 1")
+            assert button.text_content() == "Pause"
+
+
 @pytest.mark.parametrize(
     ("body", "complaint"),
     [

@@ -9,13 +9,16 @@ given amplitude and phase 0, and with whatever force at n = 1 that takes:
     dXs_1 - dX_1 = amplitude - Z_1.
 
 Where the amplitude is the one that was held, this is a step of Newton's method towards a feedback that adds nothing;
-where it is another, it is a step along the curve of motions as well. Bordered so, the equations are regular at folds
-of the response, where the amplitude at a given force is not.
+where it is another, it is a step along the curve of motions as well, taken in short parts, each about the motion that
+the last one led to. Bordered so, the equations are regular at folds of the response, where the amplitude at a given
+force is not.
 """
 
 import numpy as np
 
 from ...model.oscillator import matrices
+
+_PART = 0.05  # longest part of a step, over the larger amplitude
 
 
 def stepped(model, frequency, lines, feedback, amplitude):
@@ -24,6 +27,16 @@ def stepped(model, frequency, lines, feedback, amplitude):
     ``lines`` (H + 1, 2) complex are the mean and harmonics of xs and x as measured (m), ``feedback`` (H + 1,) those of
     the feedback's force (N), ``amplitude`` is of z (m) and ``frequency`` in Hz.
     """
+    first, added = lines[1, 0] - lines[1, 1], 0j
+    parts = max(1, int(np.ceil(abs(amplitude - first) / (_PART * max(amplitude, abs(first))))))
+    for part in range(1, parts + 1):
+        lines, more = _linear_step(model, frequency, lines, feedback, first + (amplitude - first) * part / parts)
+        added, feedback = added + more, np.zeros_like(feedback)  # which is gone with the first
+    return lines, added
+
+
+def _linear_step(model, frequency, lines, feedback, first):
+    """`stepped` in one part, to the first line ``first`` of z."""
     highest = len(lines) - 1
     count = 2 * highest + 1
     slope = _slope(model, lines[:, 0] - lines[:, 1], 2 * highest)
@@ -41,8 +54,8 @@ def stepped(model, frequency, lines, feedback, amplitude):
         system[2 * i, 2 * count + row] = -1.0
         system[2 * count + row, 2 * i : 2 * i + 2] = 1.0, -1.0
         right[2 * i] = 0.0
-    first = (amplitude - lines[1, 0] + lines[1, 1]) / 2
-    right[-2:] = first, np.conj(first)
+    change = (first - lines[1, 0] + lines[1, 1]) / 2
+    right[-2:] = change, np.conj(change)
     found = np.linalg.solve(system, right)
     change = found[:-2].reshape(count, 2)[highest:]
     change[1:] *= 2

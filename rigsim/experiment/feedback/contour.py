@@ -8,6 +8,7 @@ from scipy.interpolate import CubicSpline
 from ...results import Result, ResultSequence, frame
 from .gains import multipliers, transitions
 
+_SAME = 2e-3  # of the largest amplitude, within which a motion was held twice
 _FEWEST = 4  # motions a spline is put through
 _FLOQUET = 128  # steps a period
 
@@ -41,11 +42,22 @@ class MeasuredMotion:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredFold:
-    """A fold of the response at the force: frequency (Hz), amplitude of z (m), and which motions meet in it."""
+    """A fold of the response at the force.
+
+    Attributes
+    ----------
+    frequency, amplitude : float
+        Hz; of z, m.
+    kind : str
+        Which motions meet in it, "low and middle" or "middle and high".
+    between : (float, float)
+        Neighbouring frequencies of the test (Hz), between which a spline placed it: no closer than they tell.
+    """
 
     frequency: float
     amplitude: float
     kind: str
+    between: tuple
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,14 +132,15 @@ def contour(model, curves, force):
     """
     motions = []
     for frequency, (held, gaps) in curves.items():
+        held, amplitude, squared = _s_curve(held)
         if len(held) < _FEWEST:
             continue
-        amplitude, squared = _s_curve(held)
-        passed = CubicSpline(amplitude, squared - force**2).roots(extrapolate=False)
+        over = CubicSpline(amplitude, squared - force**2)
+        passed = over.roots(extrapolate=False)
         lines = CubicSpline(amplitude, [np.column_stack([one.shaker, one.mass]) for one in held])
         phase = CubicSpline(amplitude, [one.force[1] for one in held])
         fitted = model.replace(**dict(zip(("c", "k1", "k3"), held[0].suspension.tolist(), strict=True)))
-        names = {3: ("low", "middle", "high")}.get(len(passed), ("only",) * len(passed))
+        names = _names(over(passed, 1) < 0)
         for root, name in zip(passed, names, strict=True):
             if not _apart(amplitude, root, gaps):
                 xs, x = lines(root).T
@@ -136,6 +149,14 @@ def contour(model, curves, force):
                 first = complex(xs[1] * turn), complex(x[1] * turn), complex((xs[1] - x[1]) * turn)
                 motions.append(MeasuredMotion(frequency, *first, largest, largest < 1, name))
     return tuple(motions), _folds(curves, force)
+
+
+def _names(falling):
+    """Names of an S-curve's motions at a force, by whether it falls through each."""
+    if len(falling) == 1:
+        return ["only"]
+    before = np.cumsum(falling) > 0
+    return ["middle" if down else "high" if late else "low" for down, late in zip(falling, before, strict=True)]
 
 
 def _folds(curves, force):
@@ -147,7 +168,10 @@ def _folds(curves, force):
             if known[run[0]] and len(run) > 1:
                 over = CubicSpline(frequency[run], np.column_stack([level[run] - force, amplitude[run]]))
                 roots = CubicSpline(frequency[run], level[run] - force).roots(extrapolate=False)
-                folds += [MeasuredFold(float(f), float(over(f)[1]), words) for f in roots]
+                for root in roots.tolist():
+                    i = np.clip(np.searchsorted(frequency, root), 1, len(frequency) - 1)
+                    between = float(frequency[i - 1]), float(frequency[i])
+                    folds.append(MeasuredFold(root, float(over(root)[1]), words, between))
     return tuple(sorted(folds, key=lambda fold: fold.frequency))
 
 
@@ -156,8 +180,8 @@ def fold_levels(curves):
     found = {"largest": [], "least": []}
     for held, gaps in curves.values():
         places = dict.fromkeys(found, (np.nan, np.nan))
+        held, amplitude, squared = _s_curve(held)
         if len(held) >= _FEWEST:
-            amplitude, squared = _s_curve(held)
             spline = CubicSpline(amplitude, squared)
             turns = [a for a in spline.derivative().roots(extrapolate=False) if not _apart(amplitude, a, gaps)]
             tops = [a for a in turns if spline(a, 2) < 0]
@@ -166,7 +190,8 @@ def fold_levels(curves):
                 places["largest"] = top, spline(top)
                 low = [a for a in turns if a > top and spline(a, 2) > 0]
                 if low:
-                    places["least"] = min(low, key=spline), max(min(map(float, map(spline, low))), 0.0)
+                    place = min(low, key=spline)
+                    places["least"] = place, max(spline(place), 0.0)
         for kind, place in places.items():
             found[kind].append(place)
     frequency = np.array(list(curves))
@@ -178,8 +203,13 @@ def fold_levels(curves):
 
 
 def _s_curve(held):
-    """Amplitude of z (m) and square of the force (N^2), which unlike the force is smooth where it is least."""
-    return np.array([abs(one.relative[1]) for one in held]), np.array([abs(one.force[1]) ** 2 for one in held])
+    """Motions apart in amplitude, their amplitude of z (m) and square of the force (N^2).
+
+    Unlike the force its square is smooth where it is least.
+    """
+    amplitude = np.array([abs(one.relative[1]) for one in held])
+    apart = np.flatnonzero(np.diff(amplitude, prepend=-np.inf) > _SAME * amplitude.max(initial=0.0))
+    return [held[i] for i in apart], amplitude[apart], np.array([abs(held[i].force[1]) ** 2 for i in apart])
 
 
 def _apart(amplitude, root, gaps):

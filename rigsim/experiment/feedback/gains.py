@@ -28,7 +28,7 @@ FEEDBACKS = {
 _MARGIN = (0.9, 1.0, 1.1)  # amplitudes over the target's at which gains must do; the slope's change is twice that
 _FAST = 0.6  # a multiplier that is fast enough: below it, quieter gains are better than faster ones
 _QUIET = 0.1  # worth, in multipliers, of commands that jump by ms/T^2 for a metre of sensor noise
-_FIRST, _DRAWN, _ROUNDS, _NARROWER = 400, 60, 8, 0.6  # of the random search
+_FIRST, _DRAWN, _ROUNDS, _NARROWER = 400, 48, 5, 0.6  # of the random search
 
 
 def transitions(model, relative, frequency, steps):
@@ -101,7 +101,7 @@ def designed(model, relative, frequency, *, sample_rate, delay, feedback, start=
     scale = np.resize([model.ks, model.ms * model.omega_s], len(free))
     if start is None:
         drawn = scale * random.standard_normal((_FIRST, len(free)))
-        rounds = 2 * _ROUNDS
+        rounds = 3 * _ROUNDS
     else:
         drawn = np.linalg.lstsq(free.T, start, rcond=None)[0][None]
         rounds = _ROUNDS

@@ -19,17 +19,21 @@ from ... import checks
 from ...campaign.cost import affordable
 from ...campaign.progress import reporting
 from ...campaign.stop import look
-from ...model.chipmunk import STARTS, RigSpace, check_step
+from ...compiled import compiled
+from ...model.chipmunk import STARTS, RigSpace, check_step, leapfrog
 from ...model.oscillator import oscillator_modes
 from ...parameters import OscillatorParameters, RigParameters, oscillator_of, rig_of
 from ...results import ResultSequence, Status, frame
 from .balance import phase_slope
+from .loop import substeps
 from .sweep import held
 
-SIGNALS = ("relative", "mass", "shaker")
+_WEIGHTS = {"relative": (1.0, -1.0), "mass": (0.0, 1.0), "shaker": (1.0, 0.0)}  # of xs and x
+_BLOCK = 100  # samples between two looks at the keyboard, and at the gain
 _LINES = 5  # multiples that the filter keeps, and that are read
 _FILTER = 3.0  # periods in which it follows the signal
-_RATE = 1.5  # 1/s, of the loop
+_RATE = 3.0  # 1/s, of the loop
+_SLOWEST = 2.0  # s, longest decay of the free mass that the loop counts on
 _RAMP = 0.5  # s in which force and phase go to the next
 _ERROR, _WANDER, _OFF = np.radians(1.0), 3e-4, np.radians(20.0)  # of a locked motion at most; a lost one has more
 _SLOPES = 0.05, 10.0  # rad/Hz, within which slopes of the phase are believed
@@ -115,7 +119,7 @@ class PhaseLockedTest(ResultSequence):
 
 
 def phase_locked_test(
-    parameters, force, phase=90.0, frequency=None, design=None, *, signal="relative", sample_rate=2000, patience=20.0,
+    parameters, force, phase=90.0, frequency=None, design=None, *, signal="relative", sample_rate=2000, patience=30.0,
     average=1.0, start="rest", step=5e-5, progress=False,
 ):  # fmt: skip
     """`PhaseLockedTest`: follow the motion that has a given phase against the force, step by step of force and phase.
@@ -160,7 +164,7 @@ def phase_locked_test(
         raise ValueError(f"phase has {phase.size} elements; expected 1 or {force.size}, as many as force")
     begin = float(oscillator_modes(model).frequency[0]) if frequency is None else frequency
     begin = checks.real("frequency", begin, "Hz", low=_RANGE[0], high=_RANGE[1])
-    signal, start = checks.one_of("signal", signal, SIGNALS), checks.one_of("start", start, STARTS)
+    signal, start = checks.one_of("signal", signal, tuple(_WEIGHTS)), checks.one_of("start", start, STARTS)
     sample_rate = checks.real("sample_rate", sample_rate, "Hz", low=1000.0, high=1e6)
     average = checks.real("average", average, "s", low=0.5, high=1e3)
     patience = checks.real("patience", patience, "s", low=average, high=1e4)
@@ -168,7 +172,7 @@ def phase_locked_test(
     check_step([rig], step)
     steps = list(zip(*(one.tolist() for one in np.broadcast_arrays(force, phase)), strict=True))
     seconds = len(steps) * (_RAMP + patience)
-    affordable(f"{len(steps)} steps", seconds=seconds * sample_rate * 2e-4, instead="fewer or shorter ones")
+    affordable(f"{len(steps)} steps", seconds=seconds * sample_rate * 2e-5, instead="fewer or shorter ones")
     loop, members = _Lock(rig, model, signal, sample_rate, begin, start, step), []
     with reporting(progress, len(steps), "phase-locked test") as report:
         for F, degrees in steps:
@@ -188,49 +192,76 @@ class _Lock:
     """The loop on one rig; time goes on from call to call."""
 
     def __init__(self, rig, model, signal, rate, frequency, start, step):
-        every = int(np.ceil(1 / (rate * step) * (1 - 1e-12)))
-        self._space = RigSpace([rig], 1 / (rate * every), start)
-        self._kicks, self._taps = np.empty((every, 1)), np.zeros((every, 1))
+        self._every = substeps(rate, step)
+        self._space = RigSpace([rig], 1 / (rate * self._every), start)
         self.model, self.rate, self.signal = model, rate, signal
-        self._base, self._sum, self._last = frequency, 0.0, 0.0
-        self._force, self._phase = 0.0, None
-        self._filter, self._theta = np.zeros((2, _LINES + 1), dtype=complex), 0.0
-        self.done, self.parted = 0, np.nan
+        self._offset, self._base, self._aim = rig.LG, frequency, None
+        self._decay = 2 * model.m / max(model.c, 2 * model.m / _SLOWEST)
+        self._filter = np.zeros((2, _LINES + 1), dtype=complex)  # of the signal, and of z
+        self._state = np.array([0.0, frequency, 0.0, 0.0])  # theta, f, the integral part, the force until now
+        self.done = 0
+
+    @property
+    def parted(self):
+        """When the rig flew apart (s), else NaN."""
+        return float(self._space.handed[-1][0])
 
     def run(self, force, phase, seconds):
         """Go to a force (N) and a phase (rad); returned are rows of theta, f, its slow part (Hz), xs, x."""
-        samples, orders = int(np.ceil(seconds * self.rate)), np.arange(_LINES + 1)
-        told = np.empty((samples, 5))
-        first = self._force, phase if self._phase is None else self._phase
-        f = self._base
-        for k in range(samples):
-            share = min((k + 1) / (_RAMP * self.rate), 1.0)
-            F, wanted = (a + share * (b - a) for a, b in zip(first, (force, phase), strict=True))
-            if k % 100 == 0:
-                look()
-                K = self._gain(f)
-            now = F * np.cos(self._theta)
-            self._kicks[0], self._kicks[1:] = 0.5 * (self._last + now), now
-            motion = self._space.advance(self._kicks, self._taps, len(self._kicks))
-            xs, x = motion.shaker[0, 0], motion.mass[0, 0]
-            y = {"relative": xs - x, "mass": x, "shaker": xs}[self.signal]
-            turns = np.exp(1j * orders * self._theta)
-            left = np.array([y, xs - x]) - (self._filter * turns).real.sum(axis=1)
-            self._filter += 2 * f / (_FILTER * self.rate) * np.outer(left, np.conj(turns))
-            # Against the force that acts, half a sample after its samples.
-            error = np.angle(self._filter[0, 1] * np.exp(1j * (np.pi * f / self.rate - wanted)))
-            self._sum += K * error / self.rate
-            told[k] = self._theta, f, self._base + self._sum, xs, x
-            f = float(np.clip(self._base + self._sum + K * 2 * self.model.m / self.model.c * error, *_RANGE))
-            self._theta, self._last = (self._theta + 2 * np.pi * f / self.rate) % (2 * np.pi), now
-        self._force, self._phase = force, phase
-        self.done, self.parted = self.done + samples, float(motion.parted[0])
+        samples, aim = int(np.ceil(seconds * self.rate)), np.array([force, phase])
+        share = np.minimum(np.arange(1, samples + 1) / (_RAMP * self.rate), 1.0)[:, None]
+        before = np.array([0.0, phase]) if self._aim is None else self._aim
+        path, told, weights = before + share * (aim - before), np.empty((samples, 5)), _WEIGHTS[self.signal]
+        for first in range(0, samples, _BLOCK):
+            look()
+            part = slice(first, first + _BLOCK)
+            slope = phase_slope(self.model, self._state[1], abs(self._filter[1, 1]))
+            gain = _RATE / np.clip(-slope, *_SLOPES)
+            _run(
+                *self._space.handed, self._space.step, self._every, self._space.done, self._offset, path[part],
+                self.rate, self._base, gain, self._decay, weights, self._filter, self._state,
+                told[part],
+            )  # fmt: skip
+            self._space.done += len(path[part]) * self._every
+        self._aim = aim
+        self.done += samples
         return told
 
-    def _gain(self, frequency):
-        """K in Hz/(rad s)."""
-        slope = phase_slope(self.model, frequency, abs(self._filter[1, 1]))
-        return _RATE / np.clip(-slope, *_SLOPES)
+
+@compiled(nogil=True)
+def _run(
+    each_body, space_step, space, read_handles, read, write_handles, write,
+    rigs, wires, mass, flown, reach, drives, circuits, parted, h, every, done, offset,
+    path, rate, base, gain, decay, weights, lines, state, told,
+):  # fmt: skip
+    """`_Lock.run` with a gain that stays; ``lines`` and ``state`` are its."""
+    kicks, taps, positions = np.empty((every, 1)), np.zeros((every, 1)), np.empty((1, 4, 1))
+    sent, nominal = np.empty((1, 2, 1)), np.zeros((1, 1), dtype=np.complex128)  # no drives
+    for k in range(len(path)):
+        force, wanted = path[k]
+        theta, f = state[0], state[1]
+        now = force * np.cos(theta)
+        kicks[0, 0], kicks[1:, 0] = 0.5 * (state[3] + now), now
+        leapfrog(
+            each_body, space_step, space, read_handles, read, write_handles, write,
+            rigs, wires, mass, flown, reach, drives, circuits, parted, kicks, taps, nominal,
+            h, done + k * every, every, positions, sent,
+        )  # fmt: skip
+        xs, x = positions[0, 0, 0], positions[0, 1, 0] - offset * np.cos(positions[0, 3, 0])
+        told[k, 0], told[k, 1], told[k, 2], told[k, 3], told[k, 4] = theta, f, base + state[2], xs, x
+        signals = weights[0] * xs + weights[1] * x, xs - x
+        for j in range(2):
+            left = signals[j]
+            for n in range(lines.shape[1]):
+                left -= (lines[j, n] * np.exp(1j * n * theta)).real
+            for n in range(lines.shape[1]):
+                lines[j, n] += 2 * f / (_FILTER * rate) * left * np.exp(-1j * n * theta)
+        # Against the force that acts, half a sample after its samples.
+        error = np.angle(lines[0, 1] * np.exp(1j * (np.pi * f / rate - wanted)))
+        state[2] += gain * error / rate
+        state[1] = min(max(base + state[2] + gain * decay * error, _RANGE[0]), _RANGE[1])
+        state[0] = (theta + 2 * np.pi * f / rate) % (2 * np.pi)
+        state[3] = now
 
 
 def _read(loop, force, degrees, told):

@@ -38,7 +38,7 @@ class HeldMotion(Result):
         `suspension`, linearised about the motion as it was read. NaN for what was not held.
     suspension : ndarray, shape (3,)
         c, k1 and k3 (N s/m, N/m, N/m^3) as the motions held at this frequency tell them, by least squares on the
-        mass's equation; the design's, where fewer than four were held.
+        mass's equation; the design's, where none was.
     misfit : float
         What the design's own suspension leaves of the mass's inertia force at the frequency, over that force.
     segments : int

@@ -23,7 +23,6 @@ _NEAR, _CLOSER = 0.02, 3  # of the amplitude that is asked for, how near is near
 _DRIFT, _LOST = 2e-3, 0.2  # change of z between the window's halves: of a held motion at most, of a lost one at least
 _RAMP = 0.2  # s in which a target and its gains are changed to the next
 _FLOQUET = 128  # steps a period for the multipliers of the open rig
-_FEWEST = 4  # motions that a suspension is fitted to
 _BLOCK = 500  # samples between two looks at the keyboard
 
 
@@ -73,6 +72,8 @@ def _verdict(read):
         f"feedback's largest line off the fundamental {read['invasive']:.2%} of F, "
         f"z drifts by {read['drift']:.2g} between half windows"
     )
+    if read["limited"] > 0:
+        told += f"; the force is at its limit in {read['limited']:.1%} of the samples"
     if np.isfinite(read["parted"]):
         return Status.FLEW_APART, f"past its wires' reach at t = {read['parted']:.4g} s"
     if not read["drift"] < _LOST:
@@ -88,7 +89,7 @@ def _with_stability(model, frequency, points):
     They are those of the model with a suspension that is fitted to the motions held at this frequency.
     """
     lines = {i: point["lines"][:, :2] for i, point in enumerate(points) if point["status"] == Status.HELD.name}
-    fitted = refitted(model, frequency, list(lines.values())) if len(lines) >= _FEWEST else model
+    fitted = refitted(model, frequency, list(lines.values())) if lines else model
     for i, point in enumerate(points):
         point |= {"multipliers": np.full(4, np.nan + 0j), "misfit": np.nan}
         point["suspension"] = np.array([fitted.c, fitted.k1, fitted.k3])
@@ -181,7 +182,13 @@ def run_sweeps(rigs, sweeps, frequency, lengths, noise, **bench):
         for i in range(n):
             if points[i] is None:
                 read = reading(time, signals[:, i], frequency[i], rate, spread[:, i])
-                sent[i] = read | {"parted": loop.parted[i], "begin": time[0], "trace": signals[:, i, :3].T.copy()}
+                limited = float(np.mean(abs(signals[:, i, 2]) >= bench["limit"]))
+                sent[i] = read | {
+                    "limited": limited,
+                    "parted": loop.parted[i],
+                    "begin": time[0],
+                    "trace": signals[:, i, :3].T.copy(),
+                }
 
 
 def _spread(settings, noise):

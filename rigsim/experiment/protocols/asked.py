@@ -4,13 +4,13 @@ import numpy as np
 
 from ... import checks
 from ...campaign.cost import affordable
-from ...campaign.run import join, run_chunks, split
+from ...campaign.run import join, run_chunks
 from ...model.chipmunk import STARTS, check_step
 from ...model.shaker import ShakerDrive, check_drives
 from ...parameters import rigs_of
 from ...results import Status
 from ..steady import HARMONICS, LOWEST, WINDOW
-from .bench import CHUNK, run_benches
+from .bench import run_bench
 from .drive import Drive
 from .result import BenchPoint, BenchTest
 from .sensors import Sensors
@@ -25,10 +25,8 @@ def patience_of(dwell, tolerance, limit):
     tolerance = checks.real("tolerance", tolerance, low=1e-5, high=0.1)
     limit = checks.real("limit", limit, "s", low=3 * WINDOW, high=_LONGEST)
     if isinstance(dwell, str):
-        checked = checks.one_of("dwell", dwell, ("settled",))
-        return Patience(None if checked else 0.0, tolerance, limit)
-    dwell = checks.real("dwell", dwell, "s", low=WINDOW, high=_LONGEST)
-    return Patience(dwell, tolerance, max(limit, dwell))
+        return Patience(checks.one_of("dwell", dwell, ("settled",)), tolerance, limit)
+    return Patience(checks.real("dwell", dwell, "s", low=WINDOW, high=_LONGEST), tolerance, limit)
 
 
 def window_of(window):
@@ -91,16 +89,15 @@ def ran(protocol, over, rigs, plans, shakers, start, step, options):
     shared = executor or checkpoint
     seconds = sum(longest) / step * _STEP
     affordable(f"{given} on {len(rigs)} benches", seconds=seconds, instead="fewer of them", shared=shared)
-    numbers = list(range(len(rigs)))
-    each = {"rigs": rigs, "plans": plans, "numbers": numbers} | ({"shakers": shakers} if any(shakers) else {})
     chunks = [
-        {name: one[part] for name, one in each.items()} | {"start": start, "step": step}
-        for part in split(len(rigs), CHUNK)
+        {"rig": rig, "plan": plan, "number": number, "start": start, "step": step}
+        | ({"shaker": shaker} if shaker else {})
+        for number, (rig, plan, shaker) in enumerate(zip(rigs, plans, shakers, strict=True))
     ]
-    run = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "groups of benches"}
-    done = join(run_chunks(run_benches, chunks, threads=True, **run))
+    run = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "benches"}
+    done = join(run_chunks(run_bench, chunks, threads=True, **run))
     rows = done.pop("drives")
-    drives = tuple(tuple(Drive.of(row[1:]) for row in rows[rows[:, 0] == number]) for number in numbers)
+    drives = tuple(tuple(Drive.of(row[1:]) for row in rows[rows[:, 0] == number]) for number in range(len(rigs)))
     done["status"] = [Status[name] for name in done["status"]]
     done["message"] = [str(text) for text in done["message"]]
     points = [dict(zip(done, values, strict=True)) for values in zip(*done.values(), strict=True)]

@@ -12,7 +12,10 @@ _LASTS = 3.0  # s: within so long of each other, changes are one jump
 
 @dataclass(frozen=True)
 class JumpSeen:
-    """A jump as a test sees it.
+    """A jump as a test sees it, in frequency or in force.
+
+    For parameters from jumps give `rigsim.identification.jumps.Jump.found_in` the force, ``frequency`` and ``relative``
+    of a stepped test of one bench.
 
     Attributes
     ----------
@@ -36,14 +39,15 @@ class JumpSeen:
 def jumps_between(test):
     """Jumps from point to point of a `BenchTest` of one bench: a fifth at least, and far more than the steps beside.
 
-    That is four times them, or twice them and another fifth: before a fold the steps grow. What a tap does is no jump.
+    That is four times them, or twice them and another fifth: before a fold the steps grow. The first step and the last
+    have none on one side, and are not judged. What a tap does is no jump.
     """
     moved, z = getattr(test, test.over), np.abs(test.relative)
     if len(z) < 3 or test.column("tries").any():
         return ()
     change = np.diff(np.log(z))
     size = np.abs(change)
-    beside = np.maximum(np.append(size[1:], 0.0), np.insert(size[:-1], 0, 0.0))
+    beside = np.maximum(np.append(size[1:], np.inf), np.insert(size[:-1], 0, np.inf))
     far = (size > _ABOVE * beside) | (size > _TALL + 2 * beside)
     places = np.flatnonzero((size > _TALL) & far & (np.diff(moved) != 0))
     return tuple(_jump(test, i, i + 1, change[i]) for i in places)

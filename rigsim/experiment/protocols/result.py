@@ -37,7 +37,8 @@ class BenchPoint:
     subharmonic : ndarray, shape (2,)
         As `rigsim.experiment.sine_test.SineTest` has it; of a reading in passing, of lines at f/3, f/2 and 2f/3.
     drift : float
-        Change of z from the last half second but one to the last, over their mean.
+        Change of z from the last half second but one to the last, over their mean; as measured, which noise may make
+        larger than that of the motion.
     left : float
         Share of z that it was yet to go, estimated; NaN where that cannot be told.
     dwell : float
@@ -47,8 +48,9 @@ class BenchPoint:
     tries : int
         Number of taps that were tried there.
     error : float
-        Of a reading in passing: what its window smooths away, a share of z.
+        Of a reading in passing: what its window smooths away, a share of z; NaN of the first and last two.
     status : Status
+        Of the motion, whatever it is measured with.
     message : str
     given : ndarray, complex, shape (3,)
         By a `ShakerDrive`: lines of the force on the frame (N) and of the voltage at the coil (V), phase against the
@@ -177,7 +179,7 @@ class BenchTest(ResultSequence):
         affordable(given, memory=_SAMPLE * steps / every, seconds=_STEP * steps, instead="a lower rate")
         drive = self.shakers[run]
         found = replay(self.parameters[run], self.drives[run], self.start, self.step, every, drive)
-        force, shaker, mass, tilt, voltage = found.T
+        shaker, mass, tilt, force, voltage = found.T
         if self.sensors[run] is not None:
             time = every * self.step * np.arange(force.size)
             number = sum(point.run == run for point in self.members) + 2  # after those of all points

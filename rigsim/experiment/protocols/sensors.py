@@ -14,7 +14,7 @@ class Sensors:
     """Two displacement sensors, of the shaker and of the suspended mass, alike and each with noise of its own.
 
     The same motion is measured whatever they are: a protocol that waits for a motion to settle waits for the motion
-    itself, and its readings alone are those of the sensors.
+    itself, whose status it tells, and the lines that it reads alone are those of the sensors.
 
     Attributes
     ----------

@@ -38,11 +38,9 @@ class Sweep:
         return sum(stretch[-1] for stretch in self.stretches)
 
     def operate(self, step):
-        """Generator; see `bench.run_benches`."""
+        """Generator; see `bench.run_bench`."""
         readings, drives, began, number = [], [], 0, 0
-        slowest, fastest = (end(f for stretch in self.stretches for f in stretch[2:4]) for end in (min, max))
-        every = sampling(fastest, step)
-        half = max(1, math.ceil(max(self.window, _TURNS / slowest) / (2 * every * step) * (1 - 1e-12))) * every
+        every = sampling(max(f for stretch in self.stretches for f in stretch[2:4]), step)
         for force, force_end, f, f_end, duration in self.stretches:
             steps = max(1, round(duration / step))
             ends = {"force_end": force_end, "frequency_end": f_end, "logarithmic": self.logarithmic}
@@ -50,8 +48,10 @@ class Sweep:
                 drive = drives[-1].then(force, f, steps, **ends)
             else:
                 drive = Drive(force, frequency=f, steps=steps, step=step, **ends)
-            found, last = [], None
-            for first in range(0, steps, half):
+            found, last, first = [], None, 0
+            while first < steps:
+                window = max(self.window, _TURNS / float(drive.frequency_at(first * step)))
+                half = max(1, math.ceil(window / (2 * every * step) * (1 - 1e-12))) * every
                 told = yield Request(drive, first, min(half, steps - first))
                 if not np.isnan(told.parted):
                     readings += [*_with_errors(found), _parted(drive, began, first + len(told.samples), told)]
@@ -66,7 +66,7 @@ class Sweep:
                 if last is not None:
                     both = np.concatenate([last[0], time]), np.concatenate([last[1], samples])
                     found.append(_read(drive, began, *both))
-                last = time, samples
+                last, first = (time, samples), first + half
             readings += _with_errors(found)
             drives.append(drive)
             began += steps
@@ -89,7 +89,7 @@ def _read(drive, began, time, samples):
     lines = np.column_stack([lines, lines[:, 0] - lines[:, 1]])
     below, (fundamental, *harmonics) = np.abs(lines[: _BELOW.size, 2]), lines[_BELOW.size :]
     left = samples[:, :2] - np.einsum("ti,ij->tj", columns, solved)
-    size, strongest = np.abs(fundamental), below.argmax()
+    size, strongest = np.maximum(np.abs(fundamental), 1e-300), below.argmax()  # a coarse sensor may see no motion
     stray = math.sqrt(2) * (left[:, 0] - left[:, 1]).std() / size[2]
     centre = 0.5 * (time[0] + time[-1])
     shaker, mass, relative = fundamental
@@ -165,7 +165,7 @@ def swept_test(
     step : float
         Integration step (s).
     window : float
-        s of motion that a reading is fitted to, at least six periods of the lowest frequency; one every half of it,
+        s of motion that a reading is fitted to, at least six periods of the force; one every half of it,
         at the frequency in its middle. ``error`` of a point is what the window smooths away.
     sensors, drive, progress, executor, checkpoint
         See `rigsim.experiment.protocols.stepped.stepped_test`.

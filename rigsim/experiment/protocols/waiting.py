@@ -21,7 +21,7 @@ _OTHER = 0.1  # of z: by so much two motions differ
 
 @dataclass(frozen=True)
 class Patience:
-    """How long a point lasts: ``dwell`` s or, where that is None, until it has settled.
+    """How long a point lasts: ``dwell`` s, or until it has "settled".
 
     Settled is what comes within ``tolerance`` of what it goes to: with the lines z1, z2, z3 of z at the force's
     frequency over the last three half windows, a motion that decays as q^k has q = (z3 - z2)/(z2 - z1), a complex
@@ -29,13 +29,23 @@ class Patience:
     are changes of lines below f, of two and three periods; for at most ``limit`` s.
     """
 
-    dwell: float | None
+    dwell: float | str
     tolerance: float
     limit: float
 
+    @property
+    def waits(self):
+        """Whether points last until they have settled."""
+        return self.dwell == "settled"
+
+    @property
+    def longest(self):
+        """s, of a point."""
+        return self.limit if self.waits else self.dwell
+
     def steps(self, part, window, step):
         """Of the leapfrog, the least and the most of a point."""
-        if self.dwell is None:
+        if self.waits:
             return 3 * part, max(round(self.limit / step), 3 * part)
         steps = max(math.ceil(self.dwell / step * (1 - 1e-12)), window + 1, part)
         return steps, steps
@@ -44,7 +54,7 @@ class Patience:
 def wait(drive, began, patience, sensors, number):
     """Operate a stretch at one force and frequency: its drive as it ended, its reading, its lines in the last part.
 
-    A generator as `bench.run_benches` wants them, ``began`` steps into the test; the reading is the ``number``-th.
+    A generator as `bench.run_bench` wants them, ``began`` steps into the test; the reading is the ``number``-th.
     """
     f, step = drive.frequency, drive.step
     every = sampling(f, step)
@@ -61,7 +71,7 @@ def wait(drive, began, patience, sensors, number):
         if count == part:
             lines.append(_lines(drive, done, every, told.samples))
         parted, left, late = not np.isnan(told.parted), _left(lines), done + part > most
-        near = patience.dwell is None and left < patience.tolerance
+        near = patience.waits and left < patience.tolerance
         if not (parted or (done >= least and (near or late))):
             continue
         own = kept[: -window - 2 : -every][::-1]
@@ -70,10 +80,11 @@ def wait(drive, began, patience, sensors, number):
         read = read_or_parted(phased, own[:, :2], f, told.parted)
         if parted or late or read[-2] != Status.STILL_DRIFTING.name:
             break
+    *_, status, message = read  # of the motion, whatever it is measured with
     if sensors is not None:
         read = read_or_parted(phased, sensors.measured(began * step + time, own[:, :2], number), f, told.parted)
-    (shaker, mass, relative), distortion, subharmonic, drift, status, message = read
-    if patience.dwell is None and not near and status == Status.SETTLED.name:
+    (shaker, mass, relative), distortion, subharmonic, drift, *_ = read
+    if patience.waits and not near and status == Status.SETTLED.name:
         status, message = Status.STILL_DRIFTING.name, f"{left:.2g} of z left to go after {done * step:.3g} s; {message}"
     reading = {
         "time": (began + done) * step, "force": drive.force, "frequency": f, "shaker": shaker, "mass": mass,

@@ -6,6 +6,7 @@ from html import escape
 import numpy as np
 
 from ... import checks
+from ...experiment.out_of_plane import planar_word
 from ...experiment.sine_test import sine_test
 from ...model.excitation import Tap
 from ...paper.virtual_experiment import BRANCHES, overlay, trial_name
@@ -135,5 +136,5 @@ def _words(test, branch, amplitude):
     size = f"z {amplitude:.3g} mm, tilt up to {np.degrees(test.tilt[0]):.2g}°; " if np.isfinite(amplitude) else ""
     return (
         f"{test.frequency[0]:.1f} Hz, {SETS[test.parameters[0].wire_sets]}, {trial_name(test.tap[0])}: "
-        f"<b>{test.status[0]}, {ended}</b>; {size}{escape(test.message[0])}."
+        f"<b>{test.status[0]}, {ended}</b>; {size}{escape(test.message[0])}{escape(planar_word(test.parameters))}."
     )

@@ -186,7 +186,8 @@ def invasiveness_figure(test, *, ax=None):
         figure, axes = subplots(1, 1, alt=alt, ax=ax, height=3.6)
         for these, look in ((held, {"marker": "o", "color": BLUE, "label": "held"}),
                             (~held, {"marker": "X", "color": RED, "label": "not held"})):  # fmt: skip
-            marks(axes, frequency[these], percent[these], look)
+            if these.any():
+                marks(axes, frequency[these], percent[these], look)
         axes.axhline(1, color=BLACK, linestyle="--", linewidth=1.2, label="1 %")
         log_scale(axes)
         axes.set(xlabel="frequency [Hz]", ylabel="feedback off f [% of F]")
@@ -207,12 +208,13 @@ def held_motion_figure(motion, *, ax=None, periods=4):
     periods = checks.integer("periods", periods, low=1)
     record = motion.to_record()
     samples = min(int(periods / motion.frequency * record.sample_rate) + 1, record.force.size)
-    rows = (("force [N]", record.force), ("xs [mm]", 1e3 * record.shaker), ("x [mm]", 1e3 * record.mass))
+    rows = (("force [N]", record.force, "steps-post"), ("xs [mm]", 1e3 * record.shaker, "default"))
+    rows += (("x [mm]", 1e3 * record.mass, "default"),)
     alt = f"Force, shaker and mass over the last {periods} periods. {motion.summary()}"
     with style():
         figure, grid = subplots(3, 1, alt=alt, ax=ax, height=6, sharex=True)
-        for axes, (name, values) in zip(grid, rows, strict=True):
-            axes.step(record.time[-samples:], values[-samples:], where="post", color=BLUE, linewidth=1.1)
+        for axes, (name, values, drawn) in zip(grid, rows, strict=True):
+            axes.plot(record.time[-samples:], values[-samples:], drawstyle=drawn, color=BLUE, linewidth=1.1)
             axes.set(ylabel=name, xlabel="time in the window [s]")
         outer_labels(grid, ax=ax)
     return figure

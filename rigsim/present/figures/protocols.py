@@ -46,12 +46,19 @@ def bench_test_figure(test, *, ax=None):
         for axes, (name, title) in zip(grid, (("relative", "z"), ("mass", "x")), strict=True):
             log_scale(axes, (1, 2, 5))
             for number, (run, color) in enumerate(zip(test.runs, itertools.cycle(_BENCHES), strict=False)):
-                label = f"bench {number}" if 1 < len(test.runs) < _MANY else None
-                _in_order(axes, run, name, color, label)
+                _in_order(axes, run, name, color, _label(test, number, run))
             axes.set(xlabel=unit, ylabel=f"|{title}| [mm]")
         outer_labels(grid, ax=ax)
         legend(grid, ax=ax, loc="outside upper center", columns=4)
     return figure
+
+
+def _label(test, number, run):
+    if not 1 < len(test.runs) < _MANY:
+        return None
+    change = np.diff(getattr(run, run.over))
+    way = ", up" if (change > 0).all() else ", down" if (change < 0).all() else ""
+    return f"bench {number}{way if len(run) > 1 else ''}"
 
 
 def _in_order(axes, run, name, color, label):
@@ -77,8 +84,7 @@ def waits_figure(test, *, ax=None):
     with style():
         figure, axes = subplots(1, 1, alt=alt, ax=ax)
         for number, (run, color) in enumerate(zip(test.runs, itertools.cycle(_BENCHES), strict=False)):
-            label = f"bench {number}" if 1 < len(test.runs) < _MANY else None
-            axes.plot(getattr(run, run.over), run.dwell, ".", color=color, label=label)
+            axes.plot(getattr(run, run.over), run.dwell, ".", color=color, label=_label(test, number, run))
         axes.set(xlabel=unit, ylabel="shaken for [s]", ylim=(0, None))
         if axes.get_legend_handles_labels()[0]:
             legend(axes, ax=ax)

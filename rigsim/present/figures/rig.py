@@ -4,7 +4,8 @@ import numpy as np
 from matplotlib.patches import Circle, Wedge
 
 from ... import checks
-from ...model.planar import StaticEquilibrium, rest_position
+from ...model.chipmunk import RigSpace
+from ...model.planar import StaticEquilibrium, longest_step, rest_position
 from ...parameters import RigParameters
 from .rig_parts import SETS, frame_sizes, only_rigs, rig_parts
 from .style import BLACK, GREY, ORANGE, RED, SKY, legend, outer_labels, style, subplots
@@ -56,6 +57,17 @@ def rig_figure(result, *, ax=None, beside=(), exaggeration=1.0, titles=None):
             axes.set_title(title)
         outer_labels(grid, ax=ax)
         legend(grid, ax=ax, columns=5 if several else 3, inside=False)
+    return figure
+
+
+def debug_figure(result, *, ax=None):
+    """The rig of a `StaticEquilibrium` as pymunk itself draws the two bodies of its `RigSpace`, hanging."""
+    p = result.parameters
+    space = RigSpace([p], longest_step(p) / 2, "equilibrium")
+    with style():
+        alt = f"pymunk's own drawing of {SETS[p.wire_sets]}: frame, cylinder, and springs for the wires in the plane."
+        figure, axes = subplots(alt=alt, ax=ax, height=4.0)
+        space.debug_draw(axes)
     return figure
 
 

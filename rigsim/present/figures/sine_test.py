@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...experiment.out_of_plane import planar_only
 from ...results import Status
 from .out_of_plane import in_space, rings
 from .style import BLACK, BLUE, MOTIONS, legend, log_scale, marks, outer_labels, style, subplots
@@ -64,6 +65,7 @@ def distortion_figure(test, *, ax=None):
     """
     percent = 100 * test.distortion
     settled, tapped = test.status == Status.SETTLED, _tapped(test)
+    warned = ", in the plane only" if planar_only(test.parameters) else ""
     words = []
     for column, name in enumerate(_NAMES.values()):
         if settled.any():
@@ -89,7 +91,7 @@ def distortion_figure(test, *, ax=None):
                         marks(axes, test.frequency[these], percent[these, column], look, **key)
             axes.axhline(5, color=BLACK, linestyle="--", linewidth=1.2, label="5 %")
             log_scale(axes)
-            axes.set(xlabel="frequency [Hz]", ylabel="largest harmonic [%]", title=name)
+            axes.set(xlabel="frequency [Hz]", ylabel="largest harmonic [%]", title=f"{name}{warned}")
         outer_labels(grid, ax=ax)
         legend(grid, ax=ax, loc="outside upper center", columns=4)
     return figure

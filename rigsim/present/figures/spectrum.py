@@ -3,6 +3,7 @@
 import numpy as np
 
 from ... import checks
+from ...experiment.out_of_plane import planar_only
 from ...experiment.sine_test import SineTest
 from .rig_parts import SETS
 from .style import BLACK, ORANGE, legend, outer_labels, style, subplots
@@ -52,7 +53,8 @@ def spectrum_figure(test, *, ax=None, indices=0, beside=(), highest=4.0):
                 axes.set(xlim=(0, highest * f), xlabel="frequency [Hz]")
             rig = f"{f:g} Hz, {_rig_words(each.parameters[i])}, {_start_words(each, each.tap[i])}"
             row[0].set_title(rig, loc="left", fontsize=10)
-            row[1].set_title(str(each.status[i]), loc="left", fontsize=10)
+            warned = ", in the plane only" if planar_only([each.parameters[i]]) else ""
+            row[1].set_title(f"{each.status[i]}{warned}", loc="left", fontsize=10)
         outer_labels(grid, ax=ax)
         for column, text in zip(grid.T, ("z [mm]", "tilt [°]"), strict=True):
             peaks = [axes.lines[0].get_ydata().max() for axes in column]

@@ -10,6 +10,8 @@ KINDS = {
     "stable": {"width": 1.6},
     "unstable": {"width": 1.6, "dash": (5.9, 2.6)},
     "line": {"width": 1.2},
+    "wire": {"width": 2.2},
+    "slack": {"width": 1.4, "dash": (3.0, 2.2)},
     "outline": {"width": 1.2, "fill": 0.15},
     "point": {"width": 1.2, "radius": 3.0},
     "dot": {"width": 0.0, "radius": 2.5, "fill": 1.0},

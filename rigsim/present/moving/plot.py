@@ -8,10 +8,13 @@ import hashlib
 import json
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from html import escape
 from importlib.resources import files
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from ... import checks
 from ..figures.style import BLACK, BLUE, log_scale, style, subplots
@@ -73,6 +76,8 @@ class Panel:
         Drawn at every value, beneath the moving ones.
     equal : bool
         One unit has the same length on both axes, as in a drawing.
+    downwards : bool
+        y runs down the page.
     """
 
     curves: tuple
@@ -85,6 +90,16 @@ class Panel:
     ylim: tuple | None = None
     fixed: tuple = ()
     equal: bool = False
+    downwards: bool = False
+
+
+@dataclass(frozen=True)
+class Key:
+    """Classes of a quantity, ``label`` with its unit, between n + 1 ``limits``, each in one of n ``colors``."""
+
+    label: str
+    limits: np.ndarray
+    colors: tuple
 
 
 class MovingPlot:
@@ -115,6 +130,8 @@ class MovingPlot:
         Inches, of the whole figure.
     columns : int
         Panels side by side before a new row begins.
+    key : Key, optional
+        A bar of colours beside the panels.
 
     Raises
     ------
@@ -130,7 +147,7 @@ class MovingPlot:
 
     def __init__(
         self, name, values, unit, panels, *, alt, notes=None, caption="", start=0, seconds=None, digits=3,
-        width=7.5, height=None, columns=3,
+        width=7.5, height=None, columns=3, key=None,
     ):  # fmt: skip
         given = {"name": name, "unit": unit, "alt": alt, "caption": caption}
         self.name, self.unit, self.alt, self.caption = (checks.text(*one) for one in given.items())
@@ -153,6 +170,7 @@ class MovingPlot:
         width = checks.real("width", width, "inches", low=1.0, high=100.0)
         height = None if height is None else checks.real("height", height, "inches", low=1.0, high=100.0)
         self._size = {"width": width, "height": height}
+        self.key = None if key is None else checks.instance("key", key, Key, "a Key")
         self._columns = min(checks.integer("columns", columns, low=1), len(self.panels))
 
     def __repr__(self):
@@ -163,7 +181,16 @@ class MovingPlot:
         # '#' keeps trailing zeros, so that the text does not jump while the slider moves.
         return f"{value:#.{self.digits}g}".removesuffix(".") + (f" {self.unit}" if self.unit else "")
 
+    @property
+    def megabytes(self):
+        """What the picture takes of a page."""
+        return len(self._html.encode()) / 1e6
+
     def _repr_html_(self):
+        return self._html
+
+    @cached_property
+    def _html(self):
         svg, paths = self._draw()
         data = {"paths": paths, "texts": [self._text(value) for value in self.values]}
         data |= {name: getattr(self, name) for name in ("notes", "alt", "name", "seconds")}
@@ -171,7 +198,9 @@ class MovingPlot:
         key = "m" + hashlib.sha256((svg + data).encode()).hexdigest()[:8] + "-"
         button = '<button type="button">Play</button>' if self.seconds else ""
         note = f'<p class="rigsim-note">{escape(self.notes[self.start])}</p>' if any(self.notes) else ""
-        caption = f'<p class="rigsim-caption">{escape(self.caption)}</p>' if self.caption else ""
+        takes = f" {max((len(svg) + len(data)) / 1e6, 0.01):.2f} MB of this page." if self.seconds else ""
+        caption = self.caption + takes
+        caption = f'<p class="rigsim-caption">{escape(caption)}</p>' if caption else ""
         text = escape(self._text(self.values[self.start]))
         return (
             f'<div class="rigsim-moving" data-key="{key}"><style>{_file("moving.css")}</style>'
@@ -193,6 +222,11 @@ class MovingPlot:
             for axes in grid.flat[len(self.panels) :]:
                 axes.set_axis_off()
             slots = [_slots(panel) for panel in self.panels]
+            if self.key:
+                colors = ListedColormap(self.key.colors)
+                bar = ScalarMappable(BoundaryNorm(self.key.limits, colors.N), colors)
+                look = {"label": self.key.label, "ticks": self.key.limits, "format": "{x:g}", "aspect": 30}
+                figure.colorbar(bar, ax=grid[0].tolist(), location="right", **look)
             entries = handles(key for panel_slots in slots for key, _ in panel_slots)
             if entries:
                 figure.legend(handles=entries, loc="outside upper center", ncols=min(4, len(entries)))
@@ -241,6 +275,8 @@ def _set_axes(axes, panel):
             axes.set(**{f"{name}lim": wanted})
     if panel.equal:
         axes.set_aspect("equal", adjustable="box" if panel.xlim and panel.ylim else "datalim")
+    if panel.downwards:
+        axes.invert_yaxis()
 
 
 def _slots(panel):
@@ -251,5 +287,7 @@ def _slots(panel):
     for index, group in enumerate(panel.curves):
         for curve in group:
             key = (False, curve.kind, curve.label, curve.color)
-            slots.setdefault(key, [[] for _ in panel.curves])[index].append(curve)
+            if key not in slots:
+                slots[key] = [[] for _ in panel.curves]
+            slots[key][index].append(curve)
     return [(key[1:], curves) for key, curves in slots.items()]

@@ -26,10 +26,11 @@ class Shape:
     color: str | None = None
 
 
-def drawing(shapes, frames, title="", xlim=None, ylim=None):
+def drawing(shapes, frames, title="", xlim=None, ylim=None, above=False):
     """Shapes as a `Panel` to scale and in millimetres, for `animate` or beside its own drawing.
 
-    ``frames`` counts the sets of points of those that move; ``xlim`` and ``ylim`` are pairs in metres.
+    ``frames`` counts the sets of points of those that move; ``xlim`` and ``ylim`` are pairs in metres. Seen from
+    ``above``, y is the way out of the plane, towards the reader, and runs down the page.
 
     Raises
     ------
@@ -48,7 +49,8 @@ def drawing(shapes, frames, title="", xlim=None, ylim=None):
         else:
             raise ValueError(f"a shape has shape {points.shape}; expected ({frames}, n, 2) or (n, 2)")
     xlim, ylim = (None if pair is None else tuple(1e3 * np.asarray(pair)) for pair in (xlim, ylim))
-    return Panel(moving, "x [mm]", "y [mm]", title, xlim=xlim, ylim=ylim, fixed=tuple(fixed), equal=True)
+    names = ("x [mm]", "out of the plane [mm]" if above else "y [mm]")
+    return Panel(moving, *names, title, xlim=xlim, ylim=ylim, fixed=tuple(fixed), equal=True, downwards=above)
 
 
 def animate(
@@ -75,7 +77,7 @@ def animate(
     panels : sequence of Panel
         Further panels beside the drawing, one list of curves a frame.
     **size
-        ``width``, ``height``, ``columns``, ``start`` and ``digits`` of `MovingPlot`.
+        ``width``, ``height``, ``columns``, ``start``, ``digits`` and ``key`` of `MovingPlot`.
 
     Raises
     ------
@@ -86,7 +88,8 @@ def animate(
     first = drawing(shapes, time.size, title, xlim, ylim)
     seconds = checks.positive("seconds", seconds, "s")
     slower = seconds / (time[-1] - time[0])
-    caption = f"{caption} Played {float(f'{slower:.2g}'):g} times slower than real time.".strip()
+    caption += f" Played {float(f'{slower:.2g}'):g} times slower than real time."
+    caption = f"{caption} On the slider, space plays and pauses, arrow keys step.".strip()
     return MovingPlot(
         "Time", 1e3 * time, "ms", (first, *panels), alt=alt, notes=notes, caption=caption, seconds=seconds, **size
     )

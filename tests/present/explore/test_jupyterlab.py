@@ -148,6 +148,11 @@ def test_panel_answers_the_keyboard(browser, lab):
     page.keyboard.press("End")
     assert moving.locator("output").text_content() == "4.00"
     assert moving.locator("path.moves").get_attribute("d") != before
+    page.keyboard.press("Space")
+    page.wait_for_function("() => document.querySelector('.rigsim-moving button').textContent == 'Pause'")
+    page.wait_for_function("() => document.querySelector('.rigsim-moving input').value == 2")
+    page.keyboard.press("Space")
+    assert moving.locator("button").text_content() == "Play"
     page.context.close()
 
 

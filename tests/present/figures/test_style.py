@@ -48,6 +48,11 @@ def explored():
     return rigsim.response_sheet(RIG, (20, 60), (2.0, 7.0), 3)
 
 
+@cache
+def held():
+    return rigsim.feedback_test(RIG, 3.18, [30.0, 34.0], points=8, average=0.5, settle=0.2)
+
+
 # Figure: what draws it, which of its plots, the plot's options, and its panels.
 EXAMPLES = {
     "attractors_figure": (lambda: rigsim.attractors(RIG, 3.18, 30.0, starts=64), "motions", {}, 1),
@@ -76,16 +81,23 @@ EXAMPLES = {
     "harmonics_figure": (
         lambda: rigsim.harmonics_worth(RIG, 3.18, (50, 60), harmonics=(1, 3)), "harmonics", {}, 2,
     ),
+    "held_motion_figure": (lambda: held()[5], "record", {}, 3),
     "identification_figure": (lambda: identified()[0], "identification", {}, 9),
     "integrity_figure": (
         lambda: rigsim.integrity(RIG, 3.18, [30.0, 45.0], "low", samples=16, starts=64), "integrity", {}, 1,
     ),
+    "invasiveness_figure": (held, "invasiveness", {}, 1),
     "margins_figure": (lambda: rigsim.margins(RIG, 3.18), "margins", {}, 1),
+    "measured_response_figure": (lambda: held().at(2.5), "response", {}, 1),
+    "measured_sheet_figure": (held, "sheet", {"forces": [2.5, 3.0], "beside": "sheet"}, 2),
     "modes_figure": (lambda: rigsim.linear_modes(RIG), "shapes", {}, 4),
     "nonlinear_coefficient_figure": (lambda: identified()[0], "nonlinear coefficient", {}, 2),
     "orbits_figure": (lambda: rigsim.periodic_orbits(RIG, 3.18, (20, 60), harmonics=1)[0], "orbits", {}, 3),
     "out_of_plane_figure": (lambda: shaken().out_of_plane(), "marks", {}, 3),
     "parameter_figure": (lambda: identified()[0], "parameters", {}, 2),
+    "phase_locked_figure": (
+        lambda: rigsim.phase_locked_test(RIG, [0.1, 0.2], average=0.5, patience=2.0), "backbone", {}, 1,
+    ),
     "prediction_figure": (lambda: identified()[0], "prediction", {}, 4),
     "readings_figure": (lambda: identified()[0], "readings", {"beside": "all"}, 2),
     "receptance_figure": (lambda: identified()[0], "receptances", {}, 6),
@@ -95,6 +107,7 @@ EXAMPLES = {
     "rig_figure": (lambda: RIG.single_set(), "rig", {"beside": RIG}, 2),
     "shaker_figure": (lambda: driven(), "drives", {}, 3),
     "shaker_waveform_figure": (lambda: driven(), "waveforms", {}, 2),
+    "s_curves_figure": (held, "s-curves", {"force": 3.0}, 1),
     "sheet_amplitude_figure": (lambda: explored(), "amplitude", {"forces": [3.18]}, 1),
     "sheet_figure": (lambda: explored(), "sheet", {"force": 3.18}, 1),
     "sine_test_figure": (shaken, "lines", {}, 3),
@@ -112,6 +125,7 @@ EXAMPLES = {
     "tolerance_study_figure": (
         lambda: rigsim.tolerance_study(RIG, 3.18, {"d0": 1e-6, "m": "2 %"}, samples=64), "study", {}, 2,
     ),
+    "debug_figure": (lambda: rigsim.static_equilibrium(RIG), "pymunk", {}, 1),
     "wire_law_figure": (lambda: RIG, "wire law", {"reached": (1e-4, 2e-3)}, 2),
 }  # fmt: skip
 every_figure = pytest.mark.parametrize("name", figures.__all__)
@@ -122,7 +136,9 @@ def example(name):
     make, what, options, panels = EXAMPLES[name]
     result = make()
     assert result.plots[what] == name
-    return result, what, options | ({"beside": identified()[1]} if options.get("beside") == "all" else {}), panels
+    named = {"all": lambda: identified()[1], "sheet": explored}
+    words = options.get("beside")
+    return result, what, options | ({"beside": named[words]()} if isinstance(words, str) else {}), panels
 
 
 def blank(name, panels):

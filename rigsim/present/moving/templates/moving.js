@@ -20,17 +20,27 @@
     if (!on) return;
     const count = data.texts.length, last = count - 1;
     const from = Number(range.value) < last ? Number(range.value) : 0;
+    const once = matchMedia("(prefers-reduced-motion: reduce)").matches;
     let begun = null;
     requestAnimationFrame(function step(now) {
       if (!playing || !root.isConnected) return;
       if (begun === null) begun = now;
-      range.value = Math.floor(from + ((now - begun) / 1000 / data.seconds) * count) % count;
+      const at = Math.floor(from + ((now - begun) / 1000 / data.seconds) * count);
+      range.value = once ? Math.min(at, last) : at % count;
       show();
+      if (once && at >= last) return play(false);
       requestAnimationFrame(step);
     });
   }
 
   range.addEventListener("input", () => { if (playing) play(false); show(); });
-  if (button) button.addEventListener("click", () => play(!playing));
+  if (button) {
+    button.addEventListener("click", () => play(!playing));
+    range.addEventListener("keydown", (event) => {
+      if (event.key !== " ") return;
+      event.preventDefault();
+      play(!playing);
+    });
+  }
   show();
 })(document.currentScript.closest(".rigsim-moving"));
