@@ -141,10 +141,14 @@ class RigParameters(_Table):
     at LG to the cylinder's own. ``set_half_spacing`` None means Lm/2 - abs(LG - set_centre),
     the widest pair symmetric about that middle that the cylinder can carry.
 
+    With d0 above d the rig is no longer pulled to its middle: with ``tension_only`` it is slack, free within `gap`;
+    wires that push make it buckled, at rest on either side of the middle. Such rigs can be simulated; theory, which
+    needs k1 of at least zero, refuses them.
+
     Raises
     ------
     ValueError
-        If a value is not finite or outside its range, if d0 > d, if the centre of mass or
+        If a value is not finite or outside its range, if the centre of mass or
         a wire set lies beyond the cylinder, or if ``k`` has the wrong length.
     """
 
@@ -171,9 +175,6 @@ class RigParameters(_Table):
 
     def __post_init__(self):
         super().__post_init__()
-        if self.d0 > self.d:
-            expected = f"at most the installed length d = {checks.digits(self.d)} m"
-            raise ValueError(f"d0 = {checks.digits(self.d0)} m is not allowed; expected {expected}")
         if abs(self.LG) >= self.Lm / 2:
             expected = f"P must lie on the cylinder, abs(LG) < Lm/2 = {checks.digits(self.Lm / 2)} m"
             raise ValueError(f"LG = {checks.digits(self.LG)} m is not allowed; {expected}")
@@ -225,13 +226,18 @@ class RigParameters(_Table):
         return self._widest if self.set_half_spacing is None else self.set_half_spacing
 
     @property
+    def gap(self):
+        """Displacement z at which the wires are as long as unstretched, sqrt(d0^2 - d^2) (m); 0 where d0 <= d."""
+        return float(np.sqrt(max(0.0, (self.d0 - self.d) * (self.d0 + self.d))))
+
+    @property
     def inertia(self):
         """Moment of inertia of the uniform cylinder about its centre, across the axis (kg m^2)."""
         return self.m * (3 * self.Rm**2 + self.Lm**2) / 12
 
     @property
     def k1(self):
-        """Linear stiffness of Eq. (2), sum(k) (1 - d0/d) (N/m)."""
+        """Linear stiffness of Eq. (2), sum(k) (1 - d0/d) (N/m), if wires may push; negative where d0 > d."""
         return float(self.wire_stiffness.sum() * (self.d - self.d0) / self.d)
 
     @property
@@ -241,7 +247,12 @@ class RigParameters(_Table):
 
     @property
     def oscillator(self):
-        """`OscillatorParameters` of the same rig: Eq. (2) in place of the wires."""
+        """`OscillatorParameters` of the same rig: Eq. (2) in place of the wires. `ValueError` if d0 > d."""
+        if self.d0 > self.d:
+            raise ValueError(
+                f"k1 = {self.k1:.6g} N/m of d0 = {checks.digits(self.d0)} m is not allowed; theory expects d0 of at "
+                f"most d = {checks.digits(self.d)} m, and a slack or buckled rig can be simulated, with sine_test"
+            )
         return OscillatorParameters(self.ms, self.ks, self.cs, self.m, self.c, self.k1, self.k3)
 
     def nondimensional(self, force):
@@ -265,9 +276,14 @@ class RigParameters(_Table):
 
 
 def oscillator_of(parameters, name="parameters"):
-    """The `OscillatorParameters` of either kind of parameter set; `ValueError` if it is neither."""
+    """The `OscillatorParameters` of either kind of parameter set; `ValueError` if it is neither, or d0 > d."""
+    return parameters_of(parameters, name).oscillator
+
+
+def parameters_of(parameters, name="parameters"):
+    """``parameters`` themselves if they are of either kind, whatever theory makes of them; `ValueError` if not."""
     kinds = OscillatorParameters, RigParameters
-    return checks.instance(name, parameters, kinds, "RigParameters or OscillatorParameters").oscillator
+    return checks.instance(name, parameters, kinds, "RigParameters or OscillatorParameters")
 
 
 _RIG = "RigParameters, since the multi-body rig expects RigParameters"
@@ -299,9 +315,16 @@ def law_of(parameters, law=None):
     Raises
     ------
     ValueError
-        If the law is unknown, ``parameters`` is of neither kind, or the exact law is asked of a set without wires.
+        If the law is unknown, ``parameters`` is of neither kind or slack or buckled, or the exact law is asked of a
+        set without wires.
     """
     oscillator_of(parameters)
+    return wires_law(parameters, law)
+
+
+def wires_law(parameters, law=None):
+    """`law_of` rigs that theory refuses, too."""
+    parameters_of(parameters)
     wires = isinstance(parameters, RigParameters)
     law = checks.one_of("law", ("exact" if wires else "cubic") if law is None else law, LAWS)
     if law == "exact" and not wires:

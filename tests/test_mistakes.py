@@ -45,6 +45,7 @@ from rigsim import (
 from rigsim.attraction.taps import SmallestTap
 from rigsim.identification.jumps import Jump, parameters_from_jumps
 from rigsim.identification.order import model_order
+from rigsim.model.shaker import ShakerDrive
 from rigsim.orbits.verdict import verdict as verdict_of
 from rigsim.paper.ledger import Ledger, LedgerRow
 from rigsim.parameters import Nondimensional
@@ -130,7 +131,8 @@ def made():
         "sheet": response_sheet(RIG, (20, 30), (3.0, 3.3), 1), "statics": static_equilibrium(RIG),
         "modes": linear_modes(RIG), "study": tolerance_study(RIG, 3.18, {"m": "1 %"}, samples=10),
         "converged": force_scenario(RIG, 2, band=(20, 30), force=(3.0, 3.3)),
-        "drives": rigsim.compare_drives(RIG, 3.18, [30.0], rigsim.ShakerDrive(), tap=None, duration=1),
+        "drives": rigsim.compare_drives(RIG, 3.18, [30.0], ShakerDrive(), tap=None, duration=1),
+        "map": rigsim.wobbling_map(RIG, {"LG": [0.0, 0.001]}),
         "integrity": integrity(RIG, 3.18, 30.0, samples=16, starts=16),
     }  # fmt: skip
 
@@ -156,7 +158,7 @@ GROUPS = {"mu": "number"} | dict.fromkeys(("zeta_s", "zeta", "Omega0", "gamma"),
 RIG_KINDS = {name: kind for name, kind in NUMBERS.items() if name not in ("k1", "k3")} | LENGTHS | {
     "k": "stiffness", "wire_sets": "whole", "set_half_spacing": "in the cylinder?", "gravity": "not negative",
     "wire_damping": "not negative", "rocking_damping": "not negative", "tension_only": "flag",
-    "set_centre": "in the cylinder",
+    "set_centre": "in the cylinder", "d0": "number",
 }  # fmt: skip
 
 
@@ -179,17 +181,17 @@ def functions(made):
     yield "Tap.force", Tap().force, {"mass": 0.005, "time": 1.0}, {"mass": "number", "time": "any shape"}
     coil = dict.fromkeys(("force_factor", "resistance", "max_voltage", "compression"), "within, 2.5")
     coil |= {"mode": "word", "inductance": "within, 2.5", "bandwidth": "within, 2.5"}
-    yield "ShakerDrive", rigsim.ShakerDrive, {}, coil
-    yield "ShakerDrive.replace", rigsim.ShakerDrive().replace, {"resistance": 3.0}, coil
+    yield "ShakerDrive", ShakerDrive, {}, coil
+    yield "ShakerDrive.replace", ShakerDrive().replace, {"resistance": 3.0}, coil
     asked = {"parameters": RIG, "force": 3.18}
-    yield "equivalent", rigsim.ShakerDrive().equivalent, asked, {"frequency": "not negative"}
-    yield "driven_response", driven_response, RIGHT | {"drive": rigsim.ShakerDrive()}, {"drive": "object"}
+    yield "equivalent", ShakerDrive().equivalent, asked, {"frequency": "not negative"}
+    yield "driven_response", driven_response, RIGHT | {"drive": ShakerDrive()}, {"drive": "object"}
     yield "compare_drives", rigsim.compare_drives, RIGHT, {
         "frequency": "within, 2.5", "drives": "object", "duration": "within, 2.5"}  # fmt: skip
     yield "nondimensional", RIG.nondimensional, {"force": 3.18}, {}
     wide = dict.fromkeys(("force", "shaker", "mass", "tilt"), "within")
     known = {"hold": "word", "seed": "seed?", "start": "word?", "parameters": "object?", "step": "within?"}
-    known |= {"base": "flag", "joints": "first samples", "voltage": "within?"}
+    known |= {"base": "flag", "joints": "first samples", "voltage": "within?", "slack": "pair?"}
     yield "Record", Record, channels | {"sample_rate": 10.0}, wide | known | {"tilt": "within?", "mass": "within?"}
     yield "cubic_law_error", rigsim.cubic_law_error, {"z": 1e-3, "parameters": RIG}, {"z": "any shape"}
     for name in ("oscillator_modes", "static_equilibrium", "linear_modes"):
@@ -242,6 +244,8 @@ def functions(made):
     yield "tolerance_study", tolerance_study, {"parameters": RIG, "force": 3.18} | tolerances, study
     best = {"free": "object", "tolerances": "object?"}
     yield "design_for_detached_curve", rigsim.design_for_detached_curve, {"parameters": RIG, "force": 3.18}, best
+    mapped = {"over": "object", "fixed": "object?", "force": "number?", "points": "whole", "duration": "within, 2.5"}
+    yield "wobbling_map", rigsim.wobbling_map, {"parameters": RIG, "over": {"LG": [0.0]}}, mapped
     yield "periodic_orbits", periodic_orbits, {"parameters": RIG, "force": 3.18}, {}
     yield "response_sheet", response_sheet, {"parameters": RIG}, {"force": "pair"}
     known = {"frequency": "within"}
@@ -360,6 +364,7 @@ def pictures(made):
         ("drives", "drives", {}),
         ("drives", "waveforms", {}),
         ("study", None, {}),
+        ("map", None, {"modes": "objects"}),
         ("attractors", None, {}),
     ):  # fmt: skip
         yield f"{name}.plot({what})", made[name].plot, {"what": what}, options

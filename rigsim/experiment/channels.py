@@ -12,6 +12,7 @@ OUTPUTS = ("shaker", "mass")
 # What a file may say of a record beside its channels, and as what: fields of a record, and what is read and then gone.
 DETAILS = {"sample_rate": (int, float), "hold": (str,), "seed": (int, float), "start": (str,), "parameters": (dict,)}
 DETAILS |= {"step": (int, float), "kinds": (dict,), "base": (bool,), "joints": (list, tuple)}
+DETAILS |= {"slack": (list, tuple)}
 BESIDES = {"samples": (int,), "units": (dict,)}
 _EXPECTED = {int: "a number", str: "a text", dict: "an object", bool: "true or false", list: "a list"}
 

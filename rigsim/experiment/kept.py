@@ -92,6 +92,8 @@ def _details(result, points):
     versions |= {package: version(package) for package in _PACKAGES}
     others = [field.name for field in fields(result) if field.name not in points and field.name != "members"]
     settings = {name: _plain(getattr(result, name)) for name in others}
+    if isinstance(result.parameters, tuple):  # one a point or a bench: each is told once
+        settings["parameters"] = _plain(tuple(dict.fromkeys(result.parameters)))
     return {"kind": type(result).__name__, "summary": result.summary(), "versions": versions, "settings": settings}
 
 

@@ -145,9 +145,13 @@ def in_space(test, i):
 
 
 def planar_only(rigs):
-    """What whoever reads planar results of these `RigParameters` must be told, in words; none for two wire sets."""
-    single = any(p.wire_sets == 1 for p in rigs)
-    return "in the plane only: a mass on one wire set may yaw, see SineTest.out_of_plane()" if single else ""
+    """What whoever reads planar results of these `RigParameters` must be told, in words; none for two taut sets."""
+    rigs, told = tuple(rigs), []
+    if any(p.wire_sets == 1 for p in rigs):
+        told.append("a mass on one wire set may yaw")
+    if any(p.gap for p in rigs):
+        told.append("without tension a mass may roll")
+    return f"in the plane only: {' and '.join(told)}, see SineTest.out_of_plane()" if told else ""
 
 
 def planar_word(rigs):

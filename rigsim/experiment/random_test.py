@@ -81,6 +81,7 @@ def simulate(
                 channel[block] = values[:, 0]
             report(block.stop)
     known = {"tilt": tilt, "seed": seed, "start": start, "parameters": parameters, "step": step}
+    known["slack"] = tuple(motion.slack[0]) if parameters.tension_only else None
     if drive:
         known["voltage"] = sent[1]
     if drive and drive.mode == "voltage":

@@ -58,6 +58,8 @@ class Record(Result):
     voltage : array_like, shape (n,), optional
         At the shaker's coil (V), of a rig with a `rigsim.model.shaker.ShakerDrive`: what the amplifier gave while the
         force was what it was. The current is the force over the drive's Bl.
+    slack : pair of float, optional
+        Of a simulated rig whose wires let go: the share of time in which one is slack, and how often one goes slack.
 
     Raises
     ------
@@ -80,6 +82,7 @@ class Record(Result):
     base: bool = False
     joints: tuple = (0,)
     voltage: np.ndarray | None = None
+    slack: tuple | None = None
 
     plots = {"record": "record_figure"}
 
@@ -112,7 +115,10 @@ class Record(Result):
             longest = (1 + 1e-9) / self.sample_rate  # a sample interval takes one step or more
             set_field("step", checks.real("step", self.step, "s", low=0.0, low_open=True, high=longest))
         if self.parameters is not None:
-            parameters.oscillator_of(self.parameters)
+            parameters.parameters_of(self.parameters)
+        if self.slack is not None:
+            share, times = checks.array("slack", self.slack, low=0.0, size=2).tolist()
+            set_field("slack", (checks.real("share of slack", share, high=1.0), times))
         joints = checks.integers("joints", self.joints, low=0, high=self.force.size - 2)
         if joints[:1] != (0,) or (np.diff(joints) < 2).any():
             raise ValueError(f"joints = {joints} is not allowed; expected 0 and, two samples apart, where others begin")
@@ -218,10 +224,13 @@ class Record(Result):
         unit = self.units["shaker"]
         scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
         tests = f" in {len(self.joints)} tests" if len(self.joints) > 1 else ""
+        loose = ""
+        if self.slack is not None:
+            loose = f"; a wire is slack {self.slack[0]:.0%} of the time and goes so {self.slack[1]:.0f} times"
         return (
             f"Record of {self.duration:g} s{tests} at {self.sample_rate:g} Hz ({self.force.size} samples): "
             f"{self.called('force')} {self.force.std():.4g} {self.units['force']} rms ({self.hold} hold), "
-            f"largest {name} {scale * abs(largest).max():.4g} {unit}"
+            f"largest {name} {scale * abs(largest).max():.4g} {unit}{loose}"
         )
 
     def table(self):

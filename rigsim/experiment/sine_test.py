@@ -15,6 +15,7 @@ from ..model.shaker import ShakerDrive, check_drives
 from ..parameters import rigs_of
 from ..results import Result, Status, frame
 from .driven import Driven, read_sent
+from .kept import Kept
 from .out_of_plane import in_space, out_of_plane, planar_word
 from .record import Record
 from .steady import HARMONICS, LOWEST, WINDOW, read_or_parted, sampling
@@ -24,8 +25,12 @@ _BLOCK = 500  # samples between two looks at the keyboard
 _STEP, _READ, _KICK = 4e-7, 5e-3, 60  # seconds a step of a rig and a spectrum, bytes a step of a block
 
 
+_POINTS = ("force", "frequency", "shaker", "mass", "relative", "tilt", "distortion", "subharmonic", "drift", "status",
+           "message", "traces")  # fmt: skip
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class SineTest(Result):
+class SineTest(Kept, Result):
     """Responses of n rigs to a cosine force; every complex amplitude is zero to peak, phase against the force.
 
     With a shaker's drive, ``force`` is what was asked of it, against whose cosine the phases are; what it gave is in
@@ -61,6 +66,9 @@ class SineTest(Result):
         s.
     driven : Driven or None
         Force and voltage of a `ShakerDrive`, where there is one.
+    slack : ndarray, shape (n, 2)
+        Of the whole test the share of time in which a wire is slack, and how often one goes slack; zero unless
+        ``tension_only``.
     """
 
     parameters: tuple
@@ -81,7 +89,9 @@ class SineTest(Result):
     start: str
     step: float
     driven: Driven | None = None
+    slack: np.ndarray | None = None
 
+    units = {"acted": "N", "voltage": "V", "sent": "N, V"}
     plots = {"lines": "sine_test_figure", "spectrum": "spectrum_figure", "distortion": "distortion_figure"}
 
     @property
@@ -98,6 +108,20 @@ class SineTest(Result):
     def bench_time(self):
         """How long it takes one shaker to do all of it (s)."""
         return self.duration * len(self.frequency)
+
+    def points(self):
+        """Values by name, an array with a row a point; "rig" is its number among the rigs that differ."""
+        rigs = list(dict.fromkeys(self.parameters))
+        found = {name: getattr(self, name) for name in _POINTS}
+        return {"rig": [rigs.index(rig) for rig in self.parameters]} | found | self._sent()
+
+    def _sent(self):
+        """What a drive gave, by name; the drives themselves in words."""
+        if not (sent := self.driven):
+            return {}
+        told = ["" if drive is None else drive.summary() for drive in sent.drive]
+        given = {"acted": sent.force, "voltage": sent.voltage, "acted_distortion": sent.distortion}
+        return {"driven": told, "limited": sent.limited, "sent": sent.traces} | given
 
     def record(self, i):
         """The window of test ``i`` as a `Record`; its time counts from ``time[0]``. `ValueError` if there is none."""
@@ -132,7 +156,11 @@ class SineTest(Result):
         counts = {s: int((self.status == s).sum()) for s in Status}
         told = ", ".join(f"{count} {s}" for s, count in counts.items() if count)
         tests = f"SineTest of {len(self.frequency)} rigs, {_range(self.frequency)} Hz, {_range(self.force)} N"
-        return f"{tests}: {told}{planar_word(self.parameters)}"
+        return f"{tests}: {told}{self._slack_word()}{planar_word(self.parameters)}"
+
+    def _slack_word(self):
+        loose = 0 if self.slack is None else int((self.slack[:, 0] > 0).sum())
+        return f"; wires go slack in {loose}, for up to {self.slack[:, 0].max():.0%} of the time" if loose else ""
 
     def table(self):
         """`pandas.DataFrame` with a row per test."""
@@ -149,6 +177,8 @@ class SineTest(Result):
             "order": self.subharmonic[:, 1],
             "status": self.status,
         }
+        if self.slack is not None and any(p.tension_only for p in self.parameters):
+            columns |= {"a wire slack [% of time]": 100 * self.slack[:, 0], "goes slack [times]": self.slack[:, 1]}
         return frame(columns | self._given())
 
     def _given(self):
@@ -303,4 +333,4 @@ def _run_chunk(chunk):
     names = ("lines", "distortion", "subharmonic", "drift", "status", "message", "tilt", "sent", "sent distortion")
     columns = {name: np.array(values) for name, values in zip(names, zip(*read, strict=True))}  # noqa: B905
     columns |= {"sent traces": traces[:, 3:], "limited": motion.limited} if drives else {}
-    return columns | {"traces": traces[:, :3]}
+    return columns | {"traces": traces[:, :3], "slack": motion.slack}

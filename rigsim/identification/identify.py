@@ -225,6 +225,7 @@ class _Read:
         folded = nsi.folded_share(self.relative, used.sample_rate, band)
         read = rig_of(self.layout, self.values, [*channels, *mended])
         known = record.parameters is not None and record.mass is not None and not record.base
+        known = known and not getattr(record.parameters, "gap", 0.0)  # of which theory has no oscillator
         nominal = record.parameters.oscillator if known else None
         modes = _modes(self.model, powers_of(used))
         return Identification(

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
-from scipy.ndimage import uniform_filter1d
 
-from .likelihood import noise_weights, normal_equations, smoothing, white_weights
+from .likelihood import noise_weights, normal_equations, white_weights
 from .lines import inverse
 
 _PARTS = 12  # of the record, in time and over the band, whose pulls on the parameters are compared
@@ -44,8 +43,7 @@ class Score:
     Attributes
     ----------
     information, shared, white : ndarray, shape (p, p)
-        Fisher's information; the covariance of the slopes where outputs share a noise, as that of an unknown force,
-        and say less than two would; and the information if the noise were white.
+        Fisher's information; the covariance of the slopes; and the information if the noise were white.
     in_time, in_band : ndarray, shape (parts, p)
         Slopes of the weighted squares by parts of the record, and of the band.
     """
@@ -69,12 +67,10 @@ def score(fit, beside=()):
     """
     own = np.concatenate([fit.own, *(fit.freed.lines(fit.lines, column)[..., None] for column in beside)], axis=-1)
     weights, count = noise_weights(fit.left, fit.owners), fit.values.size
-    weighted = weights[..., None] * own
-    information, shared = normal_equations(own, fit.left, weights)[0], 0.0
-    for owner in np.unique(fit.owners):
-        heavy, spectra = weighted[fit.owners == owner], _spectra(fit.left[fit.owners == owner])
-        shared = shared + np.einsum("blip,lij,bljq->pq", heavy.conj(), spectra, heavy, optimize=True).real
-    slopes = np.einsum("blip,bli->blp", weighted.conj(), fit.left).real
+    information = normal_equations(own, fit.left, weights)[0]
+    pulls = np.einsum("blip,bli->blp", (weights[..., None] * own).conj(), fit.left)
+    flat = pulls.reshape(-1, pulls.shape[-1])
+    shared, slopes = (flat.T @ flat.conj()).real, pulls.real
     white = normal_equations(fit.own, fit.left, white_weights(fit.left, fit.owners))[0]
     # Without what a change of the parameters shares with that of all beside them.
     alone = np.eye(count, len(information))
@@ -96,13 +92,6 @@ def uncertainty(found):
     quantile = np.where(disagreement > 1, stats.t.ppf(0.975, _PARTS - 1), stats.norm.ppf(0.975))
     grown = error * disagreement
     return Uncertainty(covariance * np.outer(disagreement, disagreement), grown, quantile * grown, bound, disagreement)
-
-
-def _spectra(left):
-    """Covariance of what is left at each line, (lines, q, q), smoothed."""
-    spectra = np.einsum("bli,blj->lij", left, left.conj()) / len(left)
-    lines = smoothing(len(left))
-    return uniform_filter1d(spectra.real, lines, axis=0) + 1j * uniform_filter1d(spectra.imag, lines, axis=0)
 
 
 def _sums(slopes, axis):

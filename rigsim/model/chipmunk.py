@@ -26,6 +26,7 @@ from ..compiled import compiled
 from .planar import (
     centre_damping,
     conservative_forces,
+    count_slack,
     largest_tilt,
     longest_step,
     pack,
@@ -119,6 +120,7 @@ class Motion:
     voltage: np.ndarray  # at the shaker's coil (V); 0 where there is no drive
     limited: np.ndarray  # (n,) bool: whether the drive was at its limit, at the end
     parted: np.ndarray  # (n,): when the rig flew apart or tilted past its wires' reach (s), else NaN; held from then
+    slack: np.ndarray  # (n, 2), since the start: share of time with a slack wire, and how often one went slack
 
 
 def check_step(parameters, step):
@@ -156,6 +158,7 @@ class RigSpace:
         self._flown = _FLOWN_WIRE_LENGTHS * np.array([p.d for p in parameters])
         self._reach = np.array([largest_tilt(p) for p in parameters])
         self._parted = np.full(len(parameters), np.nan)
+        self._slack = np.repeat([[0.0] * 2 + [1.0] * 6], len(parameters), axis=0)  # slack from the start is no event
         self.done = 0  # steps
         self._parameters = tuple(parameters)
         self._space = pymunk.Space()
@@ -195,7 +198,8 @@ class RigSpace:
         bodies = self._address, self._read.handles, self._read.values, self._write.handles, self._write.values
         return (
             _EACH_BODY, _STEP, *bodies,
-            self._rigs, self._wires, self._mass, self._flown, self._reach, self._drives, self._circuits, self._parted,
+            self._rigs, self._wires, self._mass, self._flown, self._reach, self._drives, self._circuits, self._slack,
+            self._parted,
         )  # fmt: skip
 
     def debug_draw(self, axes, i=0):
@@ -248,14 +252,16 @@ class RigSpace:
         )  # fmt: skip
         self.done += steps
         xs, X, _, tilt = np.moveaxis(positions, 1, 0)
-        limited = self._circuits["limited"] > 0
-        return Motion(xs, X - self._LG * np.cos(tilt), tilt, *np.moveaxis(sent, 1, 0), limited, self._parted.copy())
+        sent, limited = np.moveaxis(sent, 1, 0), self._circuits["limited"] > 0
+        slack = self._slack[:, :2] / [max(self.done, 1), 1]
+        x = X - self._LG * np.cos(tilt)
+        return Motion(xs, x, tilt, *sent, limited, self._parted.copy(), slack)
 
 
 @compiled(nogil=True)
 def leapfrog(
     each_body, space_step, space, read_handles, read, write_handles, write,
-    rigs, wires, mass, flown, reach, drives, circuits, parted, frame_force, tap_force, nominal,
+    rigs, wires, mass, flown, reach, drives, circuits, slack, parted, frame_force, tap_force, nominal,
     h, done, sample_every, positions, sent,
 ):  # fmt: skip
     """Take the steps of `RigSpace.advance`.
@@ -281,6 +287,7 @@ def leapfrog(
                 parted[i] = (done + k) * h
             if np.isnan(parted[i]):
                 conservative_forces(q, rigs[i], wires[i], force)
+                count_slack(q, rigs[i], wires[i], slack[i])
                 wanted = nominal[min(k, last), i * asked]
                 force[0] += pushed(drives[i], circuits[i], frame_force[k, i * columns], wanted, v[0], h)
                 force[1] += tap_force[k, i]  # through the centre of mass: no torque

@@ -84,6 +84,22 @@ def conservative_forces(q, rig, wires, out):
 
 
 @compiled
+def count_slack(q, rig, wires, tally):
+    """Tell a ``tally`` (8,) of a step to q: steps with a slack wire, times a wire went slack, and which are so now."""
+    if rig.slack == 0.0:
+        return
+    cos, sin, any_slack = np.cos(q[3]), np.sin(q[3]), 0.0
+    for j in range(6):
+        _, _, _, _, length = _wire(q, cos, sin, wires[j])
+        now = 1.0 if wires[j].k > 0.0 and length < rig.d0 else 0.0
+        if now > tally[2 + j]:
+            tally[1] += wires[j].count
+        tally[2 + j] = now
+        any_slack = max(any_slack, now)
+    tally[0] += any_slack
+
+
+@compiled
 def damping_matrix(q, rig, wires, out):
     """Viscous damping matrix at q into ``out`` (4, 4): each damper c g g^T over the gradient g of its length."""
     cos, sin = np.cos(q[3]), np.sin(q[3])
@@ -220,14 +236,15 @@ class StaticEquilibrium(Result):
         """How rigs like this one hang, on one wire set and on two, over their wires' stretch and their mass's offset.
 
         A `pandas.DataFrame` with a row a rig, ``points`` a sweep (2 to 10 000): "over" (None for the rig itself,
-        "stretch" d - d0, "offset" LG), "sets", "value [m]", "tilt [deg]" without its sign, and the "lower [Hz]" and
-        "upper [Hz]" of the two frequencies at which the mass rocks and bounces; NaN where there is no stable
-        equilibrium or the rig cannot be built.
+        "stretch" d - d0, which goes below zero if this rig's does, "offset" LG), "sets", "value [m]", "tilt [deg]"
+        without its sign, and the "lower [Hz]" and "upper [Hz]" of the two frequencies at which the mass rocks and
+        bounces; NaN where there is no stable equilibrium or the rig cannot be built.
         """
         p, points = self.parameters, checks.integer("points", points, low=2, high=10_000)
         changes = [(None, np.nan, {})]
         lowest = min(0.1, (p.d - p.d0) / 3e-6 or 0.1)
-        changes += [("stretch", s, {"d0": p.d - s}) for s in np.geomspace(lowest, 33, points) * 3e-6]
+        stretch = np.geomspace(lowest, 33, points) * 3e-6 if lowest > 0 else (p.d - p.d0) * np.linspace(2, -2, points)
+        changes += [("stretch", s, {"d0": p.d - s}) for s in stretch]
         changes += [("offset", LG, {"LG": LG}) for LG in np.linspace(p.Lm / 100, 0.45 * p.Lm, points)]
         rows = [
             (over, rig.wire_sets, value, *_hangs(rig, change))
@@ -253,6 +270,13 @@ def _hangs(parameters, changes):
 def static_equilibrium(parameters):
     """`StaticEquilibrium` under gravity, the stable one, followed from the weightless rig as gravity is turned on.
 
+    A buckled rig (d0 > d, wires that push) has two: that of z = xs - x > 0, where the mass rests behind the middle, is
+    taken, followed from z = `RigParameters.gap`; on one set a tilt may tighten the wires until they pull again, and
+    leave a single one, near the middle. Both are places of rest in the plane: out of it a roll stretches wires as well
+    as z does, so that there is a ring of them, z and roll, and the tests of a buckled rig do not stay in the plane
+    (`SineTest.out_of_plane`). A slack one (d0 > d, ``tension_only``) floats without its weight, so
+    it is followed from the rig of d0 = d as the wires grow longer: it hangs on upper wires, by the slack d0 - d low.
+
     Parameters
     ----------
     parameters : RigParameters
@@ -260,16 +284,29 @@ def static_equilibrium(parameters):
     Raises
     ------
     ValueError
-        If the mass tilts past its wires' reach (`largest_tilt`) or sags by more than a wire's length d, or the
-        followed equilibrium ends.
+        If the mass tilts past its wires' reach (`largest_tilt`) or sags by more than a wire's length d, the followed
+        equilibrium ends, or nothing pulls a slack rig to one.
     """
     rigs, wires = pack([parameters])
-    q = rest_position(parameters)
+    q, slack = rest_position(parameters), parameters.tension_only and parameters.gap > 0
+    if slack and parameters.gravity == 0:
+        raise ValueError(
+            f"gravity = 0 m/s^2 leaves the mass on slack wires, d0 - d = {parameters.d0 - parameters.d:.3g} m, without "
+            'a place of rest; expected gravity above 0, d0 of at most d, or the start "rest"'
+        )
+    if slack:
+        q = static_equilibrium(parameters.replace(d0=parameters.d)).coordinates
+    else:
+        q[1] -= parameters.gap
     load, increment, reach = 0.0, 0.25, largest_tilt(parameters)
     # Newton from the last equilibrium, with shorter load steps where one set's tilt hardens.
     while load < 1.0:
         trial = min(load + increment, 1.0)
-        found = _newton(q, rigs, wires, parameters.gravity * trial)
+        if slack:
+            rigs["d0"] = parameters.d + trial * (parameters.d0 - parameters.d)
+        else:
+            rigs["gravity"] = parameters.gravity * trial
+        found = _newton(q, rigs, wires)
         if found is not None and abs(found[3] - q[3]) < 0.5:
             q, load, increment = found, trial, 2 * increment
         else:
@@ -294,10 +331,8 @@ def rest_position(parameters):
     return np.array([0.0, parameters.LG, 0.0, 0.0])
 
 
-def _newton(start, rigs, wires, gravity):
+def _newton(start, rig, wires):
     """Equilibrium near ``start``, or None where Newton's method ends elsewhere than in a minimum of energy."""
-    rig = rigs.copy()
-    rig["gravity"] = gravity
     q, force, stiffness = start.copy(), np.empty(4), np.empty((4, 4))
     # Metres and radians made comparable: the pins' reach turns tilt into displacement.
     reach = np.sqrt(rig["inertia"][0] / rig["m"][0])
@@ -358,7 +393,8 @@ def longest_step(parameters):
     """Longest stable step 2/omega of the leapfrog (s), wherever the rig is near its axis.
 
     A wire's in-plane tangent stiffness never exceeds k, and its pretension k (d - d0) resists the tilt by the
-    arm of its pin across the axis: the largest eigenvalue of M^-1 K with both bounds every natural frequency.
+    arm of its pin across the axis; wires that push (d0 > d) do not resist it. The largest eigenvalue of M^-1 K with
+    both bounds every natural frequency.
     """
     _, wires = pack([parameters])
     bound = np.diag([parameters.ks, 0.0, 0.0, 0.0])
@@ -366,6 +402,6 @@ def longest_step(parameters):
         arm_x, arm_y = wire["along"], wire["across"]
         jacobian = np.array([[-1.0, 1.0, 0.0, -arm_y], [0.0, 0.0, 1.0, arm_x]])
         bound += wire["k"] * jacobian.T @ jacobian
-        bound[3, 3] += wire["k"] * (parameters.d - parameters.d0) * abs(arm_y)
+        bound[3, 3] += wire["k"] * max(0.0, parameters.d - parameters.d0) * abs(arm_y)
     half = np.sqrt(np.diag(mass_matrix(parameters)))
     return 2 / np.sqrt(np.linalg.eigvalsh(bound / np.outer(half, half))[-1])

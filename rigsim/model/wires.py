@@ -4,7 +4,7 @@ import numpy as np
 
 from .. import checks
 from ..compiled import inlinable
-from ..parameters import law_of, oscillator_of
+from ..parameters import law_of, wires_law
 
 
 @inlinable
@@ -34,11 +34,10 @@ def axial_stiffness(spring, z):
 def spring_of(parameters, law=None, stiffness=1.0, length=1.0):
     """What `axial_force` reads: 0, k1, k3, 0 of Eq. (2), or sum(k), d, d0, d - d0 of Eq. (1), four floats.
 
-    ``stiffness`` (N/m) and ``length`` (m) are the units of what it is given and gives; for ``law`` see `law_of`.
+    ``stiffness`` (N/m) and ``length`` (m) are the units of what it is given and gives; for ``law`` see `wires_law`.
     """
-    if law_of(parameters, law) == "cubic":
-        oscillator = oscillator_of(parameters)
-        return 0.0, oscillator.k1 / stiffness, oscillator.k3 / stiffness * length**2, 0.0
+    if wires_law(parameters, law) == "cubic":
+        return 0.0, parameters.k1 / stiffness, parameters.k3 / stiffness * length**2, 0.0
     d, d0 = parameters.d, parameters.d0
     return float(parameters.wire_stiffness.sum()) / stiffness, d / length, d0 / length, (d - d0) / length
 
@@ -47,9 +46,13 @@ def suspension_force(z, parameters, law=None):
     """Restoring force (N), of the shape and sign of z, of all wires on the suspended mass, straight along the axis.
 
     ``z`` is the relative displacement xs - x (m). The ``law`` is "exact", Eq. (1), sum(k) z (1 - d0/sqrt(z^2 + d^2)),
-    the default for a rig; or "cubic", Eq. (2), k1 z + k3 z^3, the only one without wires.
+    the default for a rig; or "cubic", Eq. (2), k1 z + k3 z^3, the only one without wires. Slack wires (``tension_only``
+    and d0 > d) have no force within `RigParameters.gap`, by the exact law; Eq. (2) knows of no slack.
     """
-    return axial_force(spring_of(parameters, law), checks.array("z", z, "m", ndim=None))
+    z = checks.array("z", z, "m", ndim=None)
+    force = axial_force(spring_of(parameters, law), z)
+    slack = wires_law(parameters, law) == "exact" and parameters.tension_only
+    return np.where(np.abs(z) < parameters.gap, 0.0, force) if slack else force
 
 
 def cubic_law_error(z, parameters):
@@ -70,8 +73,9 @@ def cubic_law_error(z, parameters):
     Raises
     ------
     ValueError
-        If z is not finite or ``parameters`` has no wires.
+        If z is not finite, ``parameters`` has no wires, or d0 > d, where forces vanish that Eq. (2) does not.
     """
+    law_of(parameters, "exact")
     z = checks.array("z", z, "m", ndim=None)
     exact = suspension_force(z, parameters, law="exact")
     difference = suspension_force(z, parameters, law="cubic") - exact

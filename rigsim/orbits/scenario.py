@@ -140,7 +140,7 @@ class ConvergedScenario(ResultSequence):
             raise ValueError(f"values = {checks.shown(values)} is not allowed; expected them ascending")
         for end in values[[0, -1]].tolist():
             try:
-                sheet.parameters.replace(**{name: end})  # before any is followed
+                law_of(sheet.parameters.replace(**{name: end}))  # before any is followed
             except ValueError as error:
                 raise ValueError(f"values: {error}") from None
         followed_ones = [pair for pair in zip(self, self.states(), strict=True) if "hysteresis" not in pair[0].kind]

@@ -142,6 +142,7 @@ LONG = {
     "a converged scenario over a number": "force_scenario(rig, 9).over('d0', np.linspace(33.9e-3, 33.99e-3, 4000))",
     "a tolerance study": "tolerance_study(rig, 3.18, {'d0': 1e-6}, samples=2_000_000)",
     "a converged tolerance study": "tolerance_study(rig, 3.18, {'d0': 1e-6}, samples=20_000, harmonics=7)",
+    "a map of wobbling": "wobbling_map(rig, {'LG': np.linspace(0, 5e-3, 300)}, 3.18)",
     "an existence chart": "existence_chart(rig, 3.18, 'c', 'cs', points=(2000, 2000))",
     "a design": "[design_for_detached_curve(rig, 3.18, ('force', 'c', 'cs'), seed=seed) for seed in range(9)]",
 }

@@ -7,7 +7,6 @@ import scipy.signal
 from rigsim import (
     Record,
     RigParameters,
-    ShakerDrive,
     Tap,
     compare_tests,
     identify,
@@ -23,7 +22,7 @@ from rigsim import (
 )
 from rigsim.experiment.protocols.bench import replay
 from rigsim.model.oscillator import matrices
-from rigsim.model.shaker import MODES
+from rigsim.model.shaker import MODES, ShakerDrive
 from rigsim.results import Status
 
 RIG = RigParameters()
@@ -109,6 +108,19 @@ def test_the_table_and_the_record_say_what_the_shaker_gave(every_drive):
     record = every_drive.record(2)
     assert record.units["voltage"] == "V" and "voltage" in record.table().index
     np.testing.assert_array_equal([record.force, record.voltage], every_drive.driven.traces[2])
+
+
+def test_a_driven_test_is_kept_as_a_file_with_what_the_shaker_gave(every_drive, tmp_path):
+    import xarray as xr
+
+    every_drive.save(tmp_path / "driven.nc")
+    with xr.open_dataset(tmp_path / "driven.nc") as kept:
+        acted = kept["acted_real"].to_numpy() + 1j * kept["acted_imaginary"].to_numpy()
+        np.testing.assert_array_equal(acted, every_drive.driven.force)
+        assert kept["acted_real"].attrs["units"] == "N" and "voltage_real" in kept
+    points = stepped_test(RIG, 3.18, [30.0], dwell=1.0, drive=VOLTAGE)
+    points.save(tmp_path / "points.csv")
+    assert "resistance" in (tmp_path / "points.csv").read_text(encoding="utf-8").splitlines()[0]
 
 
 def test_neighbours_and_executors_change_no_bit(every_drive, tmp_path):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rigsim import RigParameters, ShakerDrive, Tap, compare_drives, margins, periodic_orbits, sine_test
-from rigsim.model.shaker import MODES
+from rigsim import RigParameters, Tap, compare_drives, margins, periodic_orbits, sine_test
+from rigsim.model.shaker import MODES, ShakerDrive
 
 RIG = RigParameters()
 

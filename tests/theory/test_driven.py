@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rigsim import RigParameters, ShakerDrive, Tap, detached_curves, frequency_response, margins, sine_test
-from rigsim.model.shaker import MODES
+from rigsim import RigParameters, Tap, detached_curves, frequency_response, margins, sine_test
+from rigsim.model.shaker import MODES, ShakerDrive
 from rigsim.results import Status
 from rigsim.theory.driven import driven_response
 

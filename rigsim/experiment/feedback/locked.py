@@ -24,6 +24,7 @@ from ...model.chipmunk import STARTS, RigSpace, check_step, leapfrog
 from ...model.oscillator import oscillator_modes
 from ...parameters import OscillatorParameters, RigParameters, oscillator_of, rig_of
 from ...results import ResultSequence, Status, frame
+from ..kept import Kept
 from .balance import phase_slope
 from .loop import substeps
 from .sweep import held
@@ -57,7 +58,7 @@ class LockedMotion:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PhaseLockedTest(ResultSequence):
+class PhaseLockedTest(Kept, ResultSequence):
     """What `phase_locked_test` returns: a sequence of `LockedMotion`, in the order in which they were followed.
 
     A motion has its ``force`` (N) and asked ``phase`` (deg), the ``frequency`` (Hz) that the loop found, the first
@@ -83,6 +84,7 @@ class PhaseLockedTest(ResultSequence):
     bench_time: float
 
     plots = {"backbone": "phase_locked_figure"}
+    units = {"error": "deg"}
 
     @property
     def frequency(self):
@@ -231,7 +233,7 @@ class _Lock:
 @compiled(nogil=True)
 def _run(
     each_body, space_step, space, read_handles, read, write_handles, write,
-    rigs, wires, mass, flown, reach, drives, circuits, parted, h, every, done, offset,
+    rigs, wires, mass, flown, reach, drives, circuits, slack, parted, h, every, done, offset,
     path, rate, base, gain, decay, weights, lines, state, told,
 ):  # fmt: skip
     """`_Lock.run` with a gain that stays; ``lines`` and ``state`` are its."""
@@ -244,7 +246,7 @@ def _run(
         kicks[0, 0], kicks[1:, 0] = 0.5 * (state[3] + now), now
         leapfrog(
             each_body, space_step, space, read_handles, read, write_handles, write,
-            rigs, wires, mass, flown, reach, drives, circuits, parted, kicks, taps, nominal,
+            rigs, wires, mass, flown, reach, drives, circuits, slack, parted, kicks, taps, nominal,
             h, done + k * every, every, positions, sent,
         )  # fmt: skip
         xs, x = positions[0, 0, 0], positions[0, 1, 0] - offset * np.cos(positions[0, 3, 0])

@@ -57,7 +57,7 @@ def substeps(rate, step):
 @compiled(nogil=True)
 def _run(
     each_body, space_step, space, read_handles, read, write_handles, write,
-    rigs, wires, mass, flown, reach, drives, circuits, parted, h, every, done, offset, target, forward, P, D,
+    rigs, wires, mass, flown, reach, drives, circuits, slack, parted, h, every, done, offset, target, forward, P, D,
     limit, last, ahead, error, readings, force, feedback,
 ):  # fmt: skip
     """`Loop.run`, whose state ``last``, ``ahead`` and ``error`` is; ``readings`` come with their noise in them."""
@@ -73,7 +73,7 @@ def _run(
             last[i] = now
         leapfrog(
             each_body, space_step, space, read_handles, read, write_handles, write,
-            rigs, wires, mass, flown, reach, drives, circuits, parted, kicks, taps, nominal,
+            rigs, wires, mass, flown, reach, drives, circuits, slack, parted, kicks, taps, nominal,
             h, (done + k) * every, every, positions, sent,
         )  # fmt: skip
         for i in range(n):

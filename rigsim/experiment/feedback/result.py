@@ -8,6 +8,7 @@ import numpy as np
 from ... import checks
 from ...parameters import OscillatorParameters, RigParameters
 from ...results import Result, ResultSequence, Status, frame
+from ..kept import Kept
 from ..record import Record
 from .contour import MeasuredResponse, contour, fold_levels
 
@@ -104,7 +105,7 @@ class HeldMotion(Result):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FeedbackTest(ResultSequence):
+class FeedbackTest(Kept, ResultSequence):
     """What `feedback_test` returns: `HeldMotion` after `HeldMotion`, in order of frequency and amplitude asked for.
 
     Attributes

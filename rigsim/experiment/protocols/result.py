@@ -8,6 +8,7 @@ import numpy as np
 from ... import checks
 from ...campaign.cost import affordable
 from ...results import ResultSequence, Status, frame
+from ..kept import Kept
 from ..record import Record
 from .bench import replay
 from .jumps import jumps_between, jumps_in_passing
@@ -83,7 +84,7 @@ def _column(name):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BenchTest(ResultSequence):
+class BenchTest(Kept, ResultSequence):
     """Points of a test on one bench or several, a sequence of `BenchPoint` in the order they were read, bench by bench.
 
     ``force``, ``frequency``, ``shaker``, ``mass``, ``relative``, ``status``, ``time``, ``dwell`` and ``left`` are

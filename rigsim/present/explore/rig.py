@@ -95,7 +95,7 @@ def _fix_axes(axes, parameters):
 
 def _words(rig, at, modes):
     apart = f", {1e3 * (rig.set_positions[1] - rig.set_positions[0]):.3g} mm apart" if rig.wire_sets == 2 else ""
-    tension = rig.wire_stiffness.mean() * (rig.d - rig.d0)
+    tension = rig.wire_stiffness.mean() * (0.0 if rig.tension_only and rig.gap else rig.d - rig.d0)
     listed = ", ".join(f"{name} {f:.4g} Hz" for name, f in zip(modes.names, modes.frequency, strict=True))
     rocking = dict(zip(modes.names, modes.frequency, strict=True))["rocking"]
     turn = "clockwise" if at.tilt < 0 else "counter-clockwise"

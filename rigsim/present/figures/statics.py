@@ -47,11 +47,12 @@ def statics_figure(equilibrium, *, ax=None, points=25):
             for axes, text in zip(column, ("tilt at rest [°]", "rocking and bounce [Hz]"), strict=True):
                 axes.axvline(unit * now, color=GREY, linewidth=1.0, linestyle=":", label="this rig")
                 axes.set(xlabel=label, ylabel=text, yscale="log")
-        for axes in grid[:, 0]:
-            axes.set_xscale("log")
-        tension = p.double_set().wire_stiffness.mean() * 1e-6
-        above = grid[0, 0].secondary_xaxis("top", functions=(lambda s: tension * s, lambda T: T / tension))
-        above.set_xlabel("tension of a wire, two sets [N]; twice that with one")
+        if not p.gap:  # else a stretch below zero is shown, too, and no tension
+            for axes in grid[:, 0]:
+                axes.set_xscale("log")
+            tension = p.double_set().wire_stiffness.mean() * 1e-6
+            above = grid[0, 0].secondary_xaxis("top", functions=(lambda s: tension * s, lambda T: T / tension))
+            above.set_xlabel("tension of a wire, two sets [N]; twice that with one")
         outer_labels(grid, ax=ax)
         legend(grid, ax=ax, columns=3)
     return figure

@@ -53,3 +53,13 @@ def test_rigs_that_cannot_be_are_marked():
 def test_bad_input_is_named():
     with pytest.raises(ValueError, match="points = 1"):
         statics(RIG, points=1)
+
+
+def test_statics_of_a_slack_rig_go_on_below_no_stretch_at_all():
+    slack = RIG.replace(d0=RIG.d + 3e-6, tension_only=True)
+    tilt = statics(slack, points=9).axes[0]
+    stretch, degrees = lines(tilt)["two wire sets"].T
+    assert tilt.get_xscale() == "linear" and stretch == pytest.approx(np.linspace(-6, 6, 9))
+    for i in (0, 6):
+        changed = slack.replace(d0=RIG.d - 1e-6 * stretch[i])
+        assert degrees[i] == pytest.approx(abs(np.degrees(static_equilibrium(changed).tilt)))

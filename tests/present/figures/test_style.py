@@ -39,6 +39,16 @@ def driven():
 
 
 @cache
+def stepped():
+    return rigsim.stepped_test(RIG, 1.0, [20.0, 22.0])
+
+
+@cache
+def compared():
+    return rigsim.compare_tests(rigsim.periodic_orbits(RIG, 1.0), stepped())
+
+
+@cache
 def shaken():
     return rigsim.sine_test(RIG, 3.18, [30.0, 66.0] * 2, [None] * 2 + [rigsim.Tap()] * 2)
 
@@ -112,6 +122,9 @@ EXAMPLES = {
     "sheet_figure": (lambda: explored(), "sheet", {"force": 3.18}, 1),
     "sine_test_figure": (shaken, "lines", {}, 3),
     "singular_value_figure": (lambda: identified()[0], "singular values", {}, 1),
+    "bench_test_figure": (stepped, "points", {}, 2),
+    "waits_figure": (stepped, "waits", {}, 1),
+    "comparison_figure": (compared, "tests", {}, 1),
     "spectrum_figure": (shaken, "spectrum", {"indices": [0, 1]}, 4),
     "stabilisation_figure": (lambda: model_order(rigsim.random_test(RIG, duration=10)), "stabilisation", {}, 2),
     "statics_figure": (lambda: rigsim.static_equilibrium(RIG), "statics", {"points": 3}, 4),
@@ -127,6 +140,7 @@ EXAMPLES = {
     ),
     "debug_figure": (lambda: rigsim.static_equilibrium(RIG), "pymunk", {}, 1),
     "wire_law_figure": (lambda: RIG, "wire law", {"reached": (1e-4, 2e-3)}, 2),
+    "wobbling_figure": (lambda: rigsim.wobbling_map(RIG, {"LG": [0.0, 0.001]}, 3.18, points=1), "map", {}, 3),
 }  # fmt: skip
 every_figure = pytest.mark.parametrize("name", figures.__all__)
 

@@ -34,3 +34,21 @@ def test_wire_law_holds_both_laws_their_error_and_the_range_reached():
 def test_bad_input_is_named(options, message):
     with pytest.raises(ValueError, match=message):
         RIG.plot("wire law", **options)
+
+
+@pytest.mark.parametrize("slack", [True, False])
+def test_wire_law_marks_the_gap_of_slack_wires_and_the_wells_of_those_that_push(slack):
+    rig = RIG.replace(d0=RIG.d + 3e-6, tension_only=slack)
+    figure = rig.plot("wire law", largest=1e-3, reached=(1e-4, 7e-4))
+    force, error = figure.axes
+    z, exact = lines(force)["Eq. (1), exact"].T
+    np.testing.assert_allclose(exact, suspension_force(z / 1e3, rig))
+    cubic = lines(force)["Eq. (2), cubic, if wires pushed" if slack else "Eq. (2), cubic"][:, 1]
+    np.testing.assert_allclose(lines(error)["Eq. (2) less Eq. (1)"][:, 1], cubic - exact)
+    assert "[N]" in error.get_ylabel() and f"{1e3 * rig.gap:.3g} mm" in figure.alt
+    spans = {patch.get_label(): patch.get_x() for patch in force.patches}
+    assert spans["z reached"] == pytest.approx(-0.7)
+    if slack:
+        assert spans["wires slack"] == pytest.approx(-1e3 * rig.gap)
+    else:
+        np.testing.assert_allclose(lines(force)["at rest, without weight"], [[-1e3 * rig.gap, 0], [1e3 * rig.gap, 0]])
