@@ -13,7 +13,6 @@ from ..record import Record
 from .bench import replay
 from .jumps import jumps_between, jumps_in_passing
 
-_COMPLEX = ("shaker", "mass", "relative")
 _SAMPLE, _STEP = 200, 7e-7  # bytes a sample, seconds a step
 
 
