@@ -62,6 +62,7 @@ _HOME = {
     "virtual_experiment": "paper.virtual_experiment",
     "overlay": "paper.virtual_experiment",
     "compare_tests": "paper.comparison",
+    "compare_drives": "paper.drives",
     "Evidence": "paper.evidence",
     "ledger": "paper.ledger",
     "printed": "paper.printed",

@@ -22,7 +22,7 @@ _LARGEST = 2**1024  # of a decimal that becomes an int: "1e999999999" would fill
 _PHYSICAL = {
     "kg": (1e-20, 1e9), "m": (1e-20, 1e6), "s": (1e-15, 1e9), "N": (1e-20, 1e12), "Hz": (1e-12, 1e9), "rad": (0.0, 1e6),
     "m/s": (0.0, 1e6), "m/s^2": (0.0, 1e12), "N/m": (1e-20, 1e20), "N/m^3": (0.0, 1e40), "N s/m": (0.0, 1e15),
-    "N m s/rad": (0.0, 1e15),
+    "N m s/rad": (0.0, 1e15), "V": (0.0, 1e9),
 }  # fmt: skip
 _FEW = 6  # values of an array that are shown
 _SHORT = reprlib.Repr()

@@ -45,10 +45,12 @@ from rigsim import (
 from rigsim.attraction.taps import SmallestTap
 from rigsim.identification.jumps import Jump, parameters_from_jumps
 from rigsim.identification.order import model_order
+from rigsim.model.shaker import ShakerDrive
 from rigsim.orbits.verdict import verdict as verdict_of
 from rigsim.paper.ledger import Ledger, LedgerRow
 from rigsim.parameters import Nondimensional
 from rigsim.present.moving.plot import MovingPlot, Panel
+from rigsim.theory.driven import driven_response
 
 RIG = RigParameters()
 LONGEST = 2.0  # s of any refusal; most take less than a millisecond
@@ -129,6 +131,7 @@ def made():
         "sheet": response_sheet(RIG, (20, 30), (3.0, 3.3), 1), "statics": static_equilibrium(RIG),
         "modes": linear_modes(RIG), "study": tolerance_study(RIG, 3.18, {"m": "1 %"}, samples=10),
         "converged": force_scenario(RIG, 2, band=(20, 30), force=(3.0, 3.3)),
+        "drives": rigsim.compare_drives(RIG, 3.18, [30.0], ShakerDrive(), tap=None, duration=1),
         "map": rigsim.wobbling_map(RIG, {"LG": [0.0, 0.001]}),
         "integrity": integrity(RIG, 3.18, 30.0, samples=16, starts=16),
     }  # fmt: skip
@@ -145,6 +148,7 @@ KINDS = {
     "terms": "objects", "noise": "object?", "kinds": "object?", "channels": "object?", "units": "object?",
     "channel": "word", "what": "word?", "ax": "object?", "beside": "objects", "exaggeration": "number", "i": "whole",
     "sensors": "object?", "rate": "array?", "spacing": "word", "window": "within, 2.5", "pulse": "within",
+    "drive": "object?",
 }  # fmt: skip
 
 RIGHT = {"parameters": RIG, "force": 3.18, "frequency": 30.0}
@@ -175,10 +179,19 @@ def functions(made):
     yield "RigParameters", RigParameters, {}, RIG_KINDS
     yield "Tap", Tap, {}, {"velocity": "any", "duration": "number", "time": "not negative"}
     yield "Tap.force", Tap().force, {"mass": 0.005, "time": 1.0}, {"mass": "number", "time": "any shape"}
+    coil = dict.fromkeys(("force_factor", "resistance", "max_voltage", "compression"), "within, 2.5")
+    coil |= {"mode": "word", "inductance": "within, 2.5", "bandwidth": "within, 2.5"}
+    yield "ShakerDrive", ShakerDrive, {}, coil
+    yield "ShakerDrive.replace", ShakerDrive().replace, {"resistance": 3.0}, coil
+    asked = {"parameters": RIG, "force": 3.18}
+    yield "equivalent", ShakerDrive().equivalent, asked, {"frequency": "not negative"}
+    yield "driven_response", driven_response, RIGHT | {"drive": ShakerDrive()}, {"drive": "object"}
+    yield "compare_drives", rigsim.compare_drives, RIGHT, {
+        "frequency": "within, 2.5", "drives": "object", "duration": "within, 2.5"}  # fmt: skip
     yield "nondimensional", RIG.nondimensional, {"force": 3.18}, {}
     wide = dict.fromkeys(("force", "shaker", "mass", "tilt"), "within")
     known = {"hold": "word", "seed": "seed?", "start": "word?", "parameters": "object?", "step": "within?"}
-    known |= {"base": "flag", "joints": "first samples", "slack": "pair?"}
+    known |= {"base": "flag", "joints": "first samples", "voltage": "within?", "slack": "pair?"}
     yield "Record", Record, channels | {"sample_rate": 10.0}, wide | known | {"tilt": "within?", "mass": "within?"}
     yield "cubic_law_error", rigsim.cubic_law_error, {"z": 1e-3, "parameters": RIG}, {"z": "any shape"}
     for name in ("oscillator_modes", "static_equilibrium", "linear_modes"):
@@ -285,6 +298,8 @@ def methods(made):
         "tests": "object", "orbits": "object", "names": "text?"}  # fmt: skip
     for name in ("found", "walked_past"):
         yield f"Comparison.{name}", getattr(made["comparison"], name), {"i": 0}, {"i": "motion"}
+    for name in ("points", "apart"):
+        yield f"DriveComparison.{name}", getattr(made["drives"], name), {"i": 0}, {"i": "motion"}
     yield "BenchTest.to_record", made["bench"].to_record, {}, {"run": "motion", "sample_rate": "number"}
     yield "BenchTest.column", made["bench"].column, {"name": "time"}, {"name": "word"}
     sensed = {"time": np.arange(3.0), "displacements": np.zeros((3, 2))}
@@ -346,6 +361,8 @@ def pictures(made):
         ("bench", "points", {}),
         ("bench", "waits", {}),
         ("comparison", "tests", {}),
+        ("drives", "drives", {}),
+        ("drives", "waveforms", {}),
         ("study", None, {}),
         ("map", None, {"modes": "objects"}),
         ("attractors", None, {}),

@@ -19,7 +19,7 @@ PROMISED = {
         "rms": 1.115, "duration": 100, "sample_rate": 2000, "seed": 2014, "hold": "zero", "start": "equilibrium",
         "step": 5e-5,
     },
-    "sine_test": {"tap": None, "duration": 3, "start": "rest", "step": 5e-5},
+    "sine_test": {"tap": None, "duration": 3, "start": "rest", "step": 5e-5, "drive": None},
     "stepped_test": {"dwell": "settled", "start": "rest", "step": 5e-5},
     "swept_test": {"spacing": "linear", "start": "rest", "step": 5e-5},
     "ramp_test": {"rate": None, "dwell": "settled", "start": "rest", "step": 5e-5},

@@ -5,7 +5,8 @@ import reprlib
 from .. import checks
 
 HOLDS = ("zero", "linear", "band-limited")
-UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad"}
+UNITS = {"force": "N", "shaker": "m", "mass": "m", "tilt": "rad", "voltage": "V"}
+OPTIONAL = ("mass", "tilt", "voltage")
 KINDS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}  # of the outputs, and their units
 OUTPUTS = ("shaker", "mass")
 # What a file may say of a record beside its channels, and as what: fields of a record, and what is read and then gone.

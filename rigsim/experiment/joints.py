@@ -24,5 +24,5 @@ def joined(records):
     ends = np.cumsum([0, *(record.force.size for record in records)])
     joints = [joint + end for record, end in zip(records, ends, strict=False) for joint in record.joints]
     same = records[0].parameters if all(r.parameters == records[0].parameters for r in records) else None
-    unknown = {"seed": None, "start": None, "step": None, "tilt": None, "slack": None}
+    unknown = dict.fromkeys(("seed", "start", "step", "tilt", "voltage", "slack"))
     return records[0].replace(**unknown | channels, parameters=same, joints=tuple(joints))

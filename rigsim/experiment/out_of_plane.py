@@ -19,6 +19,7 @@ from ..campaign.stop import look
 from ..model import spatial
 from ..model.planar import largest_tilt, longest_step, rest_position, static_equilibrium
 from ..results import Result, Status, frame
+from .driven import check_force
 from .record import Record
 
 YAW, ROLL = 1e-6, 2e-6  # rad, at the start
@@ -161,6 +162,7 @@ def planar_word(rigs):
 def out_of_plane(test, *, progress=False, executor=None, checkpoint=None):
     """`OutOfPlane` of a `SineTest`; what `SineTest.out_of_plane` gives."""
     rigs, n = test.parameters, len(test.frequency)
+    check_force("test", test.shakers, ("current",))
     step = {p: _longest_step(p, *spatial.pack([p])) for p in set(rigs)}
     steps = sum(test.duration * max(1 / step[p], _SAMPLES * f) for p, f in zip(rigs, test.frequency, strict=True))
     given = f"duration = {test.duration:g} s in three dimensions for {n} rigs"

@@ -21,9 +21,12 @@ from .formats.units import SI, bare, is_unit, plain, role_of, unit_of
 from .on_disk import let_go
 
 _ROLES = (*UNITS, "time")
-_QUANTITIES = {"force": ("force", "acceleration"), "tilt": ("angle",), "time": ("time",)} | dict.fromkeys(
-    OUTPUTS, tuple(KINDS)
-)
+_QUANTITIES = {
+    "force": ("force", "acceleration"),
+    "tilt": ("angle",),
+    "time": ("time",),
+    "voltage": ("voltage",),
+} | dict.fromkeys(OUTPUTS, tuple(KINDS))
 _SHOWN = 12  # columns in a message
 EXAMPLE = 'channels={"force": ..., "shaker": ..., "mass": ...}'
 
@@ -159,8 +162,8 @@ def _columns(path, contents, channels, one_sensor, notes):
     names = [column.name for column in contents.columns]
     found = {role: _named(path, names, role, wanted) for role, wanted in channels.items()}
     needed = [role for role in ("force", "shaker", "mass") if not (role == "mass" and one_sensor)]
-    for role in [*needed, "time", "tilt"]:
-        if role in found or (channels and role == "tilt"):
+    for role in [*needed, "time", "tilt", *(["voltage"] if contents.own else [])]:
+        if role in found or (channels and role in ("tilt", "voltage")):
             continue
         index = _only(path, contents, names, role)
         if index is not None:

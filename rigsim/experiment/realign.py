@@ -39,9 +39,9 @@ def _moved(record, delay, clock):
     moved = {name: values[kept] for name, values in channels.items()}
     for name in {*clock, *delay}:
         moved[name] = CubicSpline(np.arange(n), channels[name])(at[name][kept])
-    tilt = None if record.tilt is None else record.tilt[kept]
+    moved |= {name: record.channels[name][kept] for name in ("tilt", "voltage") if name in record.channels}
     start = record.start if first == 0 else None
-    return record.replace(force=record.force[kept], tilt=tilt, start=start, **moved)
+    return record.replace(force=record.force[kept], start=start, **moved)
 
 
 def _is_none(names):

@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import checks, parameters
 from ..results import Result, frame
-from .channels import HOLDS, KINDS, UNITS, checked_kinds
+from .channels import HOLDS, KINDS, OPTIONAL, UNITS, checked_kinds
 from .joints import joined, slices
 from .lines import strongest_lines
 from .on_disk import let_go, on_disk
@@ -55,6 +55,9 @@ class Record(Result):
         Displacements and velocities are then relative to the base; accelerations are not.
     joints : tuple of int
         First sample of each test, where there are several, end to end; see `joined`.
+    voltage : array_like, shape (n,), optional
+        At the shaker's coil (V), of a rig with a `rigsim.model.shaker.ShakerDrive`: what the amplifier gave while the
+        force was what it was. The current is the force over the drive's Bl.
     slack : pair of float, optional
         Of a simulated rig whose wires let go: the share of time in which one is slack, and how often one goes slack.
 
@@ -78,6 +81,7 @@ class Record(Result):
     kinds: dict | None = None
     base: bool = False
     joints: tuple = (0,)
+    voltage: np.ndarray | None = None
     slack: tuple | None = None
 
     plots = {"record": "record_figure"}
@@ -89,7 +93,7 @@ class Record(Result):
         set_field("kinds", {name: kind for name, kind in kinds.items() if name == "shaker" or self.mass is not None})
         for name in UNITS:
             values = getattr(self, name)
-            if values is None and name in ("mass", "tilt"):
+            if values is None and name in OPTIONAL:
                 continue
             reach = _REACH if name == "tilt" else np.inf
             values = checks.array(name, values, self.units[name], min_size=2, low=-reach, high=reach, physical=False)
@@ -186,7 +190,7 @@ class Record(Result):
         """Unit of each channel there is, by name."""
         outputs = {name: KINDS[kind] for name, kind in self.kinds.items()}
         outputs |= {"force": KINDS["acceleration"]} if self.base else {}
-        there = [name for name in UNITS if name not in ("mass", "tilt") or getattr(self, name) is not None]
+        there = [name for name in UNITS if name not in OPTIONAL or getattr(self, name) is not None]
         return {name: outputs.get(name, UNITS[name]) for name in there}
 
     def called(self, channel):
@@ -210,7 +214,7 @@ class Record(Result):
 
     @property
     def channels(self):
-        """The measured channels by name, in the order force, shaker, mass and, where there is one, tilt."""
+        """The measured channels by name, in order: force, shaker, mass and, where there are such, tilt and voltage."""
         return {name: getattr(self, name) for name in UNITS if getattr(self, name) is not None}
 
     def summary(self):

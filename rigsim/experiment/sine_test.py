@@ -11,8 +11,10 @@ from ..campaign.run import join, run_chunks, split
 from ..campaign.stop import look
 from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import CosineForce, Tap, TapForce
+from ..model.shaker import ShakerDrive, check_drives
 from ..parameters import rigs_of
 from ..results import Result, Status, frame
+from .driven import Driven, read_sent
 from .kept import Kept
 from .out_of_plane import in_space, out_of_plane, planar_word
 from .record import Record
@@ -30,6 +32,9 @@ _POINTS = ("force", "frequency", "shaker", "mass", "relative", "tilt", "distorti
 @dataclass(frozen=True, eq=False, repr=False)
 class SineTest(Kept, Result):
     """Responses of n rigs to a cosine force; every complex amplitude is zero to peak, phase against the force.
+
+    With a shaker's drive, ``force`` is what was asked of it, against whose cosine the phases are; what it gave is in
+    ``driven``.
 
     Attributes
     ----------
@@ -59,6 +64,8 @@ class SineTest(Kept, Result):
     start : str
     step : float
         s.
+    driven : Driven or None
+        Force and voltage of a `ShakerDrive`, where there is one.
     slack : ndarray, shape (n, 2)
         Of the whole test the share of time in which a wire is slack, and how often one goes slack; zero unless
         ``tension_only``.
@@ -81,14 +88,21 @@ class SineTest(Kept, Result):
     traces: np.ndarray
     start: str
     step: float
+    driven: Driven | None = None
     slack: np.ndarray | None = None
 
+    units = {"acted": "N", "voltage": "V", "sent": "N, V"}
     plots = {"lines": "sine_test_figure", "spectrum": "spectrum_figure", "distortion": "distortion_figure"}
 
     @property
     def duration(self):
         """Of each test (s), in whole samples."""
         return float(self.time[-1])
+
+    @property
+    def shakers(self):
+        """The `ShakerDrive` of each test, or None, a tuple."""
+        return self.driven.drive if self.driven else (None,) * len(self.frequency)
 
     @property
     def bench_time(self):
@@ -99,7 +113,15 @@ class SineTest(Kept, Result):
         """Values by name, an array with a row a point; "rig" is its number among the rigs that differ."""
         rigs = list(dict.fromkeys(self.parameters))
         found = {name: getattr(self, name) for name in _POINTS}
-        return {"rig": [rigs.index(rig) for rig in self.parameters]} | found
+        return {"rig": [rigs.index(rig) for rig in self.parameters]} | found | self._sent()
+
+    def _sent(self):
+        """What a drive gave, by name; the drives themselves in words."""
+        if not (sent := self.driven):
+            return {}
+        told = ["" if drive is None else drive.summary() for drive in sent.drive]
+        given = {"acted": sent.force, "voltage": sent.voltage, "acted_distortion": sent.distortion}
+        return {"driven": told, "limited": sent.limited, "sent": sent.traces} | given
 
     def record(self, i):
         """The window of test ``i`` as a `Record`; its time counts from ``time[0]``. `ValueError` if there is none."""
@@ -110,6 +132,8 @@ class SineTest(Kept, Result):
         (shaker, mass, tilt), force = self.traces[i, :, ::own], force[::own]
         rate = 1 / (own * spacing)
         known = {"parameters": self.parameters[i], "step": self.step}
+        if self.driven and self.driven.drive[i]:
+            force, known["voltage"] = self.driven.traces[i, :, ::own]
         return Record(force, shaker, mass, rate, "band-limited", tilt=tilt, **known)
 
     def out_of_plane(self, *, progress=False, executor=None, checkpoint=None):
@@ -155,7 +179,21 @@ class SineTest(Kept, Result):
         }
         if self.slack is not None and any(p.tension_only for p in self.parameters):
             columns |= {"a wire slack [% of time]": 100 * self.slack[:, 0], "goes slack [times]": self.slack[:, 1]}
-        return frame(columns)
+        return frame(columns | self._given())
+
+    def _given(self):
+        """Columns of the table for tests with a drive."""
+        if not (sent := self.driven):
+            return {}
+        factor = np.array([np.nan if drive is None else drive.force_factor for drive in sent.drive])
+        return {
+            "drive": ["none" if drive is None else drive.mode for drive in sent.drive],
+            "|f| [N]": abs(sent.force),
+            "f harmonics [%]": 100 * sent.distortion,
+            "current [A]": abs(sent.force) / factor,
+            "voltage [V]": np.where(np.isnan(factor), np.nan, abs(sent.voltage)),
+            "at its limit": sent.limited,
+        }
 
 
 def _range(values):
@@ -164,7 +202,7 @@ def _range(values):
 
 
 def sine_test(
-    parameters, force, frequency, tap=None, duration=3, start="rest", step=5e-5, *,
+    parameters, force, frequency, tap=None, duration=3, start="rest", step=5e-5, *, drive=None,
     progress=False, executor=None, checkpoint=None,
 ):  # fmt: skip
     """`SineTest`: shake rigs by F cos(2 pi f t), each from its own start, and read the lines of their last second.
@@ -172,7 +210,7 @@ def sine_test(
     Parameters
     ----------
     parameters : RigParameters or sequence of them
-        This, ``force``, ``frequency`` and ``tap`` broadcast against each other: one rig each.
+        This, ``force``, ``frequency``, ``tap`` and ``drive`` broadcast against each other: one rig each.
     force : float or array_like, shape (n,)
         Amplitude (N).
     frequency : float or array_like, shape (n,)
@@ -185,6 +223,8 @@ def sine_test(
         Everything zero with wires unsagged and gravity on from t = 0, or the static equilibrium.
     step : float
         Integration step (s).
+    drive : ShakerDrive, None, or sequence of them
+        The shaker and its amplifier, which read ``force`` in their own way; None prescribes the force itself.
     progress : bool or callable
         True shows a bar; a callable is told (chunks done, chunks in all).
     executor : concurrent.futures.Executor, optional
@@ -209,24 +249,24 @@ def sine_test(
     duration = checks.real("duration", duration, "s", low=WINDOW)
     step = checks.positive("step", step, "s")
     start = checks.one_of("start", start, STARTS)
-    rigs, force, frequency, taps = _broadcast(parameters, force, frequency, tap, duration, step)
+    rigs, force, frequency, taps, drives = _broadcast(parameters, force, frequency, tap, drive, duration, step)
     every = int(sampling(frequency.max(), step))
     _refuse_endless(len(rigs), duration, step, every, executor or checkpoint)
     usual = int(sampling(LOWEST, step))  # which decides where all tests end, whoever else is tested
     end, length = (math.ceil(seconds / (usual * step) * (1 - 1e-12)) * usual // every for seconds in (duration, WINDOW))
     time = step * (every * np.arange(end - length, end + 1))  # the same instants to the bit at any density
     run = {"every": every, "time": time, "start": start, "step": step}
-    chunks = [
-        {"rigs": rigs[part], "force": force[part], "frequency": frequency[part], "taps": taps[part], **run}
-        for part in split(len(rigs), _CHUNK)
-    ]
+    each = {"rigs": rigs, "force": force, "frequency": frequency, "taps": taps}
+    each |= {"drives": drives} if any(drives) else {}
+    chunks = [{name: one[part] for name, one in each.items()} | run for part in split(len(rigs), _CHUNK)]
     options = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "spaces of rigs"}
     done = join(run_chunks(_run_chunk, chunks, threads=True, **options))
     status = np.array([Status[name] for name in done.pop("status")])
     message = tuple(str(text) for text in done.pop("message"))
+    driven = Driven.of(drives, done) if any(drives) else None
     return SineTest(
         rigs, force, frequency, taps, *done.pop("lines").T, **done, status=status, message=message, time=time,
-        start=start, step=step,
+        start=start, step=step, driven=driven,
     )  # fmt: skip
 
 
@@ -241,7 +281,7 @@ def _refuse_endless(rigs, duration, step, every, shared):
     affordable(f"{given} for {rigs} rigs", seconds=seconds, instead="fewer rigs or a shorter test", shared=shared)
 
 
-def _broadcast(parameters, force, frequency, tap, duration, step):
+def _broadcast(parameters, force, frequency, tap, drive, duration, step):
     rigs, taps = rigs_of(parameters), checks.one_or_many("tap", tap, (Tap, type(None)), "a Tap or None")
     if rigs:
         check_step(rigs, step)  # first, for the limits of taps and frequencies follow from it
@@ -252,37 +292,45 @@ def _broadcast(parameters, force, frequency, tap, duration, step):
         if one.time > duration - one.duration:
             last = checks.digits(duration - one.duration)
             raise ValueError(f"tap time = {one.time:g} s is not allowed; expected a number from 0 to {last} s")
+    drives = checks.one_or_many("drive", drive, (ShakerDrive, type(None)), "a ShakerDrive or None")
     force = checks.array("force", force, "N", low=0.0, low_open=True)
     highest = 1 / (4 * HARMONICS * step)
     frequency = checks.array("frequency", frequency, "Hz", low=LOWEST, high=highest)
     lengths = {"parameters": len(rigs), "force": force.size, "frequency": frequency.size, "tap": len(taps)}
+    lengths["drive"] = len(drives)
     n = max(lengths.values())
     for name, length in lengths.items():
         if length not in (1, n):
             longest = f" or {n}, the longest of the arguments" if n > 1 else ""
             raise ValueError(f"{name} has {length} elements; expected 1{longest}")
     force, frequency = (np.broadcast_to(values, n).copy() for values in (force, frequency))
-    return tuple(rigs * (n // len(rigs))), force, frequency, tuple(taps * (n // len(taps)))
+    rigs, taps, drives = (tuple(each * (n // len(each))) for each in (rigs, taps, drives))
+    check_drives(drives, rigs, step)
+    return rigs, force, frequency, taps, drives
 
 
 def _run_chunk(chunk):
     """Step one Space of rigs to the end and read the window of each; arrays over the rigs, words as NumPy's text."""
-    step, every, time = chunk["step"], chunk["every"], chunk["time"]
-    space = RigSpace(chunk["rigs"], step, chunk["start"])
+    step, every, time, drives = chunk["step"], chunk["every"], chunk["time"], chunk.get("drives")
+    space = RigSpace(chunk["rigs"], step, chunk["start"], drives)
     shake = CosineForce(chunk["force"], chunk["frequency"], step)
     tap = TapForce(chunk["taps"], np.array([p.m for p in chunk["rigs"]]), step)
     kept, samples = [], round(time[-1] / (every * step)) + 1
     for first in range(0, samples, _BLOCK):
         look()
-        count = min(_BLOCK, samples - first)
-        motion = space.advance(*(each.kicks(first * every, count * every) for each in (shake, tap)), every)
+        steps = first * every, min(_BLOCK, samples - first) * every
+        asked = shake.between(*steps) if drives else None
+        motion = space.advance(shake.kicks(*steps), tap.kicks(*steps), every, asked)
         begin = max(samples - len(time) - first, 0)
-        kept.append(np.stack([motion.shaker, motion.mass, motion.tilt])[:, begin:])
+        sent = (motion.force, motion.voltage) if drives else ()
+        kept.append(np.stack([motion.shaker, motion.mass, motion.tilt, *sent])[:, begin:])
     traces = np.moveaxis(np.concatenate(kept, axis=1), 2, 0)
     read = []
     for trace, f, parted in zip(traces, chunk["frequency"], motion.parted, strict=True):
         own = slice(None, None, sampling(f, step) // every)  # as it would be sampled alone
-        read.append((*read_or_parted(time[own], trace[:2, own].T, f, parted), np.abs(trace[2, own]).max()))
-    names = ("lines", "distortion", "subharmonic", "drift", "status", "message", "tilt")
-    columns = zip(names, zip(*read, strict=True), strict=True)
-    return {name: np.array(values) for name, values in columns} | {"traces": traces, "slack": motion.slack}
+        reading = *read_or_parted(time[own], trace[:2, own].T, f, parted), np.abs(trace[2, own]).max()
+        read.append(reading + (read_sent(time[own], trace[3:, own].T, f, parted) if drives else ()))
+    names = ("lines", "distortion", "subharmonic", "drift", "status", "message", "tilt", "sent", "sent distortion")
+    columns = {name: np.array(values) for name, values in zip(names, zip(*read, strict=True))}  # noqa: B905
+    columns |= {"sent traces": traces[:, 3:], "limited": motion.limited} if drives else {}
+    return columns | {"traces": traces[:, :3], "slack": motion.slack}

@@ -37,8 +37,8 @@ def checked_record(record, order, block_rows, band, at_once=None):
 
 
 def _signals(record, samples):
-    """Names and samples of all signals but the tilt, of a record that may be longer than memory."""
-    channels = {name: channel[samples] for name, channel in record.channels.items() if name != "tilt"}
+    """Names and samples of force and outputs and of z, of a record that may be longer than memory."""
+    channels = {name: channel[samples] for name, channel in record.channels.items() if name not in ("tilt", "voltage")}
     yield from channels.items()
     if record.mass is not None and len(set(record.kinds.values())) == 1:
         yield "relative", channels["shaker"] - channels["mass"]

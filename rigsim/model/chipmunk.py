@@ -33,6 +33,7 @@ from .planar import (
     rest_position,
     static_equilibrium,
 )
+from .shaker import check_drives, given, pack_drives, pushed
 
 PYMUNK = "7.3.1"
 _SHORTEST = 1e-4  # of the longest stable step
@@ -115,6 +116,9 @@ class Motion:
     shaker: np.ndarray  # xs (m)
     mass: np.ndarray  # x of P (m)
     tilt: np.ndarray  # rad
+    force: np.ndarray  # on the frame (N)
+    voltage: np.ndarray  # at the shaker's coil (V); 0 where there is no drive
+    limited: np.ndarray  # (n,) bool: whether the drive was at its limit, at the end
     parted: np.ndarray  # (n,): when the rig flew apart or tilted past its wires' reach (s), else NaN; held from then
     slack: np.ndarray  # (n, 2), since the start: share of time with a slack wire, and how often one went slack
 
@@ -132,7 +136,7 @@ class RigSpace:
     """Many rigs side by side in one `pymunk.Space`, stepped together.
 
     ``parameters`` are one a rig, ``step`` is in s, and ``start`` one of `STARTS`: wires unsagged, or the static
-    equilibrium; at rest either way.
+    equilibrium; at rest either way. ``drives`` are the `ShakerDrive` of each, None where the force is prescribed.
 
     Raises
     ------
@@ -142,9 +146,12 @@ class RigSpace:
         If compiled code and pymunk's public calls do not agree on what the bodies hold.
     """
 
-    def __init__(self, parameters, step, start):
+    def __init__(self, parameters, step, start, drives=None):
         self._rigs, self._wires = pack(parameters)
+        drives = [None] * len(parameters) if drives is None else drives
         check_step(parameters, step)
+        check_drives(drives, parameters, step)
+        self._drives, self._circuits = pack_drives(drives, parameters)
         self.step = step
         self._LG = self._rigs["LG"]
         self._mass = np.stack([self._rigs[name] for name in ("ms", "m", "m", "inertia")], axis=1)
@@ -191,7 +198,8 @@ class RigSpace:
         bodies = self._address, self._read.handles, self._read.values, self._write.handles, self._write.values
         return (
             _EACH_BODY, _STEP, *bodies,
-            self._rigs, self._wires, self._mass, self._flown, self._reach, self._slack, self._parted,
+            self._rigs, self._wires, self._mass, self._flown, self._reach, self._drives, self._circuits, self._slack,
+            self._parted,
         )  # fmt: skip
 
     def debug_draw(self, axes, i=0):
@@ -228,28 +236,33 @@ class RigSpace:
         axes.set_aspect("equal")
         axes.autoscale_view()
 
-    def advance(self, frame_force, tap_force, sample_every):
+    def advance(self, frame_force, tap_force, sample_every, nominal=None):
         """Take as many steps as there are kicks, and return the `Motion` at every ``sample_every``-th.
 
         Forces at each kick (N), the first of all that of t = 0: ``frame_force`` (steps, n) or (steps, 1) on the frames,
-        ``tap_force`` (steps, n) on the masses. ``steps`` is a multiple of ``sample_every``.
+        ``tap_force`` (steps, n) on the masses. ``steps`` is a multiple of ``sample_every``. ``nominal`` (steps, n) or
+        (steps, 1), of rigs with a drive: the complex force asked of it in the middle of the step after each kick (N).
         """
         steps, n = tap_force.shape
-        positions = np.empty((steps // sample_every, 4, n))
+        positions, sent = np.empty((steps // sample_every, 4, n)), np.empty((steps // sample_every, 2, n))
+        nominal = np.zeros((1, 1), dtype=complex) if nominal is None else nominal
+        forces = (np.ascontiguousarray(each) for each in (frame_force, tap_force, nominal))
         leapfrog(
-            *self.handed, np.ascontiguousarray(frame_force), np.ascontiguousarray(tap_force),
-            self.step, self.done, sample_every, positions,
+            *self.handed, *forces, self.step, self.done, sample_every, positions, sent,
         )  # fmt: skip
         self.done += steps
         xs, X, _, tilt = np.moveaxis(positions, 1, 0)
+        sent, limited = np.moveaxis(sent, 1, 0), self._circuits["limited"] > 0
         slack = self._slack[:, :2] / [max(self.done, 1), 1]
-        return Motion(xs, X - self._LG * np.cos(tilt), tilt, self._parted.copy(), slack)
+        x = X - self._LG * np.cos(tilt)
+        return Motion(xs, x, tilt, *sent, limited, self._parted.copy(), slack)
 
 
 @compiled(nogil=True)
 def leapfrog(
     each_body, space_step, space, read_handles, read, write_handles, write,
-    rigs, wires, mass, flown, reach, slack, parted, frame_force, tap_force, h, done, sample_every, positions,
+    rigs, wires, mass, flown, reach, drives, circuits, slack, parted, frame_force, tap_force, nominal,
+    h, done, sample_every, positions, sent,
 ):  # fmt: skip
     """Take the steps of `RigSpace.advance`.
 
@@ -260,6 +273,7 @@ def leapfrog(
     damping = np.empty((4, 4))
     steps, n = tap_force.shape
     columns = min(frame_force.shape[1], 2) - 1  # 0 where all frames share one
+    asked, last = min(nominal.shape[1], 2) - 1, len(nominal) - 1
     _each_body(each_body, space, read_handles)
     for k in range(steps):
         first = done + k == 0
@@ -274,7 +288,8 @@ def leapfrog(
             if np.isnan(parted[i]):
                 conservative_forces(q, rigs[i], wires[i], force)
                 count_slack(q, rigs[i], wires[i], slack[i])
-                force[0] += frame_force[k, i * columns]
+                wanted = nominal[min(k, last), i * asked]
+                force[0] += pushed(drives[i], circuits[i], frame_force[k, i * columns], wanted, v[0], h)
                 force[1] += tap_force[k, i]  # through the centre of mass: no torque
                 if first:
                     for j in range(4):
@@ -295,6 +310,9 @@ def leapfrog(
                 positions[k // sample_every, 0, i] = frame[0]
                 for j in range(3):
                     positions[k // sample_every, 1 + j, i] = cylinder[j]
+                sent[k // sample_every, 0, i], sent[k // sample_every, 1, i] = given(
+                    drives[i], circuits[i], frame_force[k, i * columns]
+                )
 
 
 @compiled

@@ -74,6 +74,15 @@ class HeldForce:
             kick = right + (self.samples[np.minimum(sample + 1, last)] - right) * (part / self.substeps)
         return kick[:, None]
 
+    def between(self, first, count):
+        """Force (N) in the middle of the steps after the same kicks, complex, shape (count, 1)."""
+        sample, part = np.divmod(np.arange(first, first + count), self.substeps)
+        last = len(self.samples) - 1
+        value = self.samples[np.minimum(sample, last)].astype(complex)
+        if self.hold == "linear":
+            value += (self.samples[np.minimum(sample + 1, last)] - value) * ((part + 0.5) / self.substeps)
+        return value[:, None]
+
 
 @dataclass(frozen=True, eq=False)
 class CosineForce:
@@ -87,6 +96,11 @@ class CosineForce:
         """Force (N) of the kicks ``first`` to ``first + count - 1``, shape (count, n)."""
         time = self.step * np.arange(first, first + count)
         return self.amplitude * np.cos(2 * np.pi * self.frequency * time[:, None])
+
+    def between(self, first, count):
+        """F exp(2 pi i f t) (N) in the middle of the steps after the same kicks, complex, shape (count, n)."""
+        time = self.step * (np.arange(first, first + count) + 0.5)
+        return self.amplitude * np.exp(2j * np.pi * self.frequency * time[:, None])
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ from string import ascii_uppercase
 import numpy as np
 
 from .. import checks
+from ..experiment.driven import check_force
 from ..experiment.protocols.result import BenchTest
 from ..experiment.sine_test import SineTest
 from ..orbits.branches import PeriodicOrbits
@@ -144,6 +145,7 @@ def compare_tests(orbits, *tests, names=None):
     if not tests:
         raise ValueError("tests is empty; expected at least one BenchTest or SineTest")
     for test in tests:
+        check_force("tests", test.shakers, ("current", "force"))
         if not np.allclose(test.force, orbits.force, rtol=1e-9):
             low, high = test.force.min(), test.force.max()
             raise ValueError(

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import checks
+from ..experiment.driven import check_force
 from ..experiment.out_of_plane import planar_word
 from ..experiment.sine_test import LOWEST, SineTest, sine_test
 from ..model.excitation import Tap
@@ -148,6 +149,8 @@ def overlay(parameters, *tests):
     oscillator_of(parameters)
     if not tests or not all(isinstance(test, SineTest) for test in tests):
         raise ValueError(f"tests = {checks.shown(tests)} is not allowed; expected at least one SineTest")
+    for test in tests:
+        check_force("tests", test.shakers, ("current", "force"))
     forces = np.unique(np.concatenate([test.force for test in tests]))
     if forces.size != 1:
         raise ValueError(f"force = {forces[0]:g} to {forces[-1]:g} N in the tests; expected one force for one curve")

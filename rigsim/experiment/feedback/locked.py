@@ -233,11 +233,12 @@ class _Lock:
 @compiled(nogil=True)
 def _run(
     each_body, space_step, space, read_handles, read, write_handles, write,
-    rigs, wires, mass, flown, reach, slack, parted, h, every, done, offset, path, rate, base, gain, decay, weights,
-    lines, state, told,
+    rigs, wires, mass, flown, reach, drives, circuits, slack, parted, h, every, done, offset,
+    path, rate, base, gain, decay, weights, lines, state, told,
 ):  # fmt: skip
     """`_Lock.run` with a gain that stays; ``lines`` and ``state`` are its."""
     kicks, taps, positions = np.empty((every, 1)), np.zeros((every, 1)), np.empty((1, 4, 1))
+    sent, nominal = np.empty((1, 2, 1)), np.zeros((1, 1), dtype=np.complex128)  # no drives
     for k in range(len(path)):
         force, wanted = path[k]
         theta, f = state[0], state[1]
@@ -245,7 +246,8 @@ def _run(
         kicks[0, 0], kicks[1:, 0] = 0.5 * (state[3] + now), now
         leapfrog(
             each_body, space_step, space, read_handles, read, write_handles, write,
-            rigs, wires, mass, flown, reach, slack, parted, kicks, taps, h, done + k * every, every, positions,
+            rigs, wires, mass, flown, reach, drives, circuits, slack, parted, kicks, taps, nominal,
+            h, done + k * every, every, positions, sent,
         )  # fmt: skip
         xs, x = positions[0, 0, 0], positions[0, 1, 0] - offset * np.cos(positions[0, 3, 0])
         told[k, 0], told[k, 1], told[k, 2], told[k, 3], told[k, 4] = theta, f, base + state[2], xs, x

@@ -57,12 +57,13 @@ def substeps(rate, step):
 @compiled(nogil=True)
 def _run(
     each_body, space_step, space, read_handles, read, write_handles, write,
-    rigs, wires, mass, flown, reach, slack, parted, h, every, done, offset, target, forward, P, D,
+    rigs, wires, mass, flown, reach, drives, circuits, slack, parted, h, every, done, offset, target, forward, P, D,
     limit, last, ahead, error, readings, force, feedback,
 ):  # fmt: skip
     """`Loop.run`, whose state ``last``, ``ahead`` and ``error`` is; ``readings`` come with their noise in them."""
     samples, n = forward.shape
     kicks, taps, positions = np.empty((every, n)), np.zeros((every, n)), np.empty((1, 4, n))
+    sent, nominal = np.empty((1, 2, n)), np.zeros((1, 1), dtype=np.complex128)  # no drives
     for k in range(samples):
         slot = (done + k) % len(ahead)
         for i in range(n):
@@ -72,7 +73,8 @@ def _run(
             last[i] = now
         leapfrog(
             each_body, space_step, space, read_handles, read, write_handles, write,
-            rigs, wires, mass, flown, reach, slack, parted, kicks, taps, h, (done + k) * every, every, positions,
+            rigs, wires, mass, flown, reach, drives, circuits, slack, parted, kicks, taps, nominal,
+            h, (done + k) * every, every, positions, sent,
         )  # fmt: skip
         for i in range(n):
             readings[k, 0, i] += positions[0, 0, i]

@@ -6,6 +6,7 @@ from ... import checks
 from ...campaign.cost import affordable
 from ...campaign.run import join, run_chunks
 from ...model.chipmunk import STARTS, check_step
+from ...model.shaker import ShakerDrive, check_drives
 from ...parameters import rigs_of
 from ...results import Status
 from ..steady import HARMONICS, LOWEST, WINDOW
@@ -62,20 +63,24 @@ def rows(name, values, step=None, least=1):
     return values
 
 
-def broadcast(rigs, sensors, **arrays):
-    """Rigs (n,), each of the arrays with n rows, and sensors (n,)."""
+def broadcast(rigs, step, sensors, drive, **arrays):
+    """Rigs (n,), each of the arrays with n rows, sensors (n,) and drives (n,), which allow the ``step``."""
     sensors = checks.one_or_many("sensors", sensors, (Sensors, type(None)), "Sensors or None")
-    lengths = {"parameters": len(rigs), "sensors": len(sensors)} | {name: len(rows) for name, rows in arrays.items()}
+    shakers = checks.one_or_many("drive", drive, (ShakerDrive, type(None)), "a ShakerDrive or None")
+    lengths = {"parameters": len(rigs), "sensors": len(sensors), "drive": len(shakers)}
+    lengths |= {name: len(rows) for name, rows in arrays.items()}
     n = max(lengths.values())
     for name, length in lengths.items():
         if length not in (1, n):
             longest = f" or {n}, the longest of the arguments" if n > 1 else ""
             raise ValueError(f"{name} has {length} elements; expected 1{longest}")
     widened = [np.repeat(values, n // len(values), axis=0) for values in arrays.values()]
-    return tuple(rigs * (n // len(rigs))), (*widened, tuple(sensors * (n // len(sensors))))
+    rigs, sensors, shakers = (tuple(each * (n // len(each))) for each in (rigs, sensors, shakers))
+    check_drives(shakers, rigs, step)
+    return rigs, (*widened, sensors, shakers)
 
 
-def ran(protocol, over, rigs, plans, start, step, options):
+def ran(protocol, over, rigs, plans, shakers, start, step, options):
     """The `BenchTest` of plans on their rigs."""
     progress, executor, checkpoint = options
     longest = [plan.longest for plan in plans]
@@ -86,7 +91,8 @@ def ran(protocol, over, rigs, plans, start, step, options):
     affordable(f"{given} on {len(rigs)} benches", seconds=seconds, instead="fewer of them", shared=shared)
     chunks = [
         {"rig": rig, "plan": plan, "number": number, "start": start, "step": step}
-        for number, (rig, plan) in enumerate(zip(rigs, plans, strict=True))
+        | ({"shaker": shaker} if shaker else {})
+        for number, (rig, plan, shaker) in enumerate(zip(rigs, plans, shakers, strict=True))
     ]
     run = {"progress": progress, "executor": executor, "checkpoint": checkpoint, "label": "benches"}
     done = join(run_chunks(run_bench, chunks, threads=True, **run))
@@ -97,7 +103,7 @@ def ran(protocol, over, rigs, plans, start, step, options):
     points = [dict(zip(done, values, strict=True)) for values in zip(*done.values(), strict=True)]
     members = tuple(BenchPoint(**{name: _plain(value) for name, value in point.items()}) for point in points)
     sensors = tuple(plan.sensors for plan in plans)
-    return BenchTest(members, protocol, over, rigs, drives, sensors, start, step)
+    return BenchTest(members, protocol, over, rigs, drives, sensors, start, step, shakers)
 
 
 def _plain(value):

@@ -68,6 +68,11 @@ class Drive:
             amplitude[0] = (self.before + amplitude[0]) / 2
         return amplitude * np.cos(2 * np.pi * self.turned(time))
 
+    def between(self, first, count):
+        """F exp(2 pi i n) (N) in the middle of the steps after the same kicks, complex, shape (count,)."""
+        time = self.step * (np.arange(first, first + count) + 0.5)
+        return self.amplitude_at(time) * np.exp(2j * np.pi * self.turned(time))
+
     def pulses(self, mass, first, count):
         """Force of the tap (N) on a mass (kg) at the same kicks."""
         time = self.step * np.arange(first, first + count)

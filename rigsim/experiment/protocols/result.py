@@ -13,7 +13,6 @@ from ..record import Record
 from .bench import replay
 from .jumps import jumps_between, jumps_in_passing
 
-_COMPLEX = ("shaker", "mass", "relative")
 _SAMPLE, _STEP = 200, 7e-7  # bytes a sample, seconds a step
 
 
@@ -53,6 +52,9 @@ class BenchPoint:
     status : Status
         Of the motion, whatever it is measured with.
     message : str
+    given : ndarray, complex, shape (3,)
+        By a `ShakerDrive`: lines of the force on the frame (N) and of the voltage at the coil (V), phase against the
+        cosine that was asked for, and the force's largest harmonic over its fundamental. NaN without one.
     """
 
     run: int
@@ -73,6 +75,7 @@ class BenchPoint:
     error: float
     status: Status
     message: str
+    given: np.ndarray
 
 
 def _column(name):
@@ -101,6 +104,8 @@ class BenchTest(Kept, ResultSequence):
     start : str
     step : float
         s.
+    shakers : tuple of ShakerDrive or None, length n
+        What drives each bench; ``force`` is what was asked of it.
     """
 
     members: tuple
@@ -111,6 +116,7 @@ class BenchTest(Kept, ResultSequence):
     sensors: tuple
     start: str
     step: float
+    shakers: tuple
 
     plots = {"points": "bench_test_figure", "waits": "waits_figure"}
 
@@ -130,7 +136,7 @@ class BenchTest(Kept, ResultSequence):
             replace(
                 self,
                 members=tuple(replace(point, run=0) for point in self.members if point.run == i),
-                **{name: getattr(self, name)[i : i + 1] for name in ("parameters", "drives", "sensors")},
+                **{name: getattr(self, name)[i : i + 1] for name in ("parameters", "drives", "sensors", "shakers")},
             )
             for i in range(len(self.parameters))
         )
@@ -171,13 +177,15 @@ class BenchTest(Kept, ResultSequence):
         steps = sum(drive.steps for drive in self.drives[run])
         given = f"sample_rate = {sample_rate:g} Hz for {steps * self.step:.4g} s"
         affordable(given, memory=_SAMPLE * steps / every, seconds=_STEP * steps, instead="a lower rate")
-        found = replay(self.parameters[run], self.drives[run], self.start, self.step, every)
-        force, shaker, mass, tilt = found.T
+        drive = self.shakers[run]
+        found = replay(self.parameters[run], self.drives[run], self.start, self.step, every, drive)
+        shaker, mass, tilt, force, voltage = found.T
         if self.sensors[run] is not None:
             time = every * self.step * np.arange(force.size)
             number = sum(point.run == run for point in self.members) + 2  # after those of all points
             shaker, mass = self.sensors[run].measured(time, np.column_stack([shaker, mass]), number).T
         known = {"parameters": self.parameters[run], "step": self.step, "start": self.start, "tilt": tilt}
+        known |= {"voltage": voltage} if drive else {}
         return Record(force, shaker, mass, 1 / (every * self.step), "band-limited", **known)
 
     def summary(self):
@@ -192,6 +200,7 @@ class BenchTest(Kept, ResultSequence):
 
     def table(self):
         """`pandas.DataFrame` with a row a point."""
+        given = self.column("given")
         columns = {
             "bench": self.column("run"),
             "time [s]": self.time,
@@ -205,9 +214,13 @@ class BenchTest(Kept, ResultSequence):
             "shaken for [s]": self.dwell,
             "left to go [%]": 100 * self.left,
             "error [%]": 100 * self.column("error"),
+            "|f| [N]": abs(given[:, 0]),
+            "f harmonics [%]": 100 * given[:, 2].real,
+            "voltage [V]": abs(given[:, 1]),
             "status": self.status,
         }
-        none = [name for name in ("left to go [%]", "error [%]") if np.isnan(columns[name]).all()]
+        maybe = "left to go [%]", "error [%]", "|f| [N]", "f harmonics [%]", "voltage [V]"
+        none = [name for name in maybe if np.isnan(columns[name]).all()]
         none += ["tap [m/s]"] if not columns["tap [m/s]"].any() else []
         return frame({name: values for name, values in columns.items() if name not in none})
 

@@ -65,7 +65,7 @@ class Points:
 
 def stepped_test(
     parameters, force, frequency, dwell="settled", start="rest", step=5e-5, *, tolerance=1e-3, limit=30.0,
-    sensors=None, progress=False, executor=None, checkpoint=None,
+    sensors=None, drive=None, progress=False, executor=None, checkpoint=None,
 ):  # fmt: skip
     """`BenchTest`: a stepped sine, up or down in frequency, its phase continuous and the rig's state carried over.
 
@@ -91,6 +91,8 @@ def stepped_test(
         Longest wait for that (s); a point that is not settled by then says so, and the test goes on.
     sensors : Sensors, None, or sequence of them
         What the motion is measured with; waiting looks at the motion itself.
+    drive : ShakerDrive, None, or sequence of them
+        The shaker and its amplifier, which read ``force`` in their own way: one a bench, too.
     progress, executor, checkpoint
         See `rigsim.experiment.sine_test.sine_test`.
 
@@ -109,19 +111,19 @@ def stepped_test(
     rigs, start, step = bench_of(parameters, start, step)
     patience = patience_of(dwell, tolerance, limit)
     force = checks.array("force", force, "N", low=0.0, low_open=True)
-    rigs, (force, frequency, sensors) = broadcast(
-        rigs, force=force, frequency=rows("frequency", frequency, step), sensors=sensors
+    rigs, (force, frequency, sensors, shakers) = broadcast(
+        rigs, step, force=force, frequency=rows("frequency", frequency, step), sensors=sensors, drive=drive
     )
     plans = [
         Points(tuple((float(F), float(f)) for f in row), patience, sensor)
         for F, row, sensor in zip(force, frequency, sensors, strict=True)
     ]
-    return ran("stepped_test", "frequency", rigs, plans, start, step, options)
+    return ran("stepped_test", "frequency", rigs, plans, shakers, start, step, options)
 
 
 def ramp_test(
     parameters, force, frequency, rate=None, dwell="settled", start="rest", step=5e-5, *, tolerance=1e-3, limit=30.0,
-    window=0.5, sensors=None, progress=False, executor=None, checkpoint=None,
+    window=0.5, sensors=None, drive=None, progress=False, executor=None, checkpoint=None,
 ):  # fmt: skip
     """`BenchTest`: the force goes up, down or both at a fixed frequency, in steps or, at a ``rate``, all the while.
 
@@ -137,7 +139,7 @@ def ramp_test(
         N/s, of a ramp; without it each amplitude is a point, as in `stepped_test`.
     window : float
         Of a ramp's readings (s); see `rigsim.experiment.protocols.swept.swept_test`.
-    dwell, start, step, tolerance, limit, sensors, progress, executor, checkpoint
+    dwell, start, step, tolerance, limit, sensors, drive, progress, executor, checkpoint
         See `stepped_test`; a ramp does not wait.
 
     Raises
@@ -151,8 +153,8 @@ def ramp_test(
     force = rows("force", force, least=1 if rate is None else 2)
     frequency = checks.array("frequency", frequency, "Hz", low=LOWEST, high=highest(step))
     rate = np.array([np.nan]) if rate is None else checks.array("rate", rate, "N/s", low=SLOWEST, high=FASTEST)
-    rigs, (force, frequency, rate, sensors) = broadcast(
-        rigs, force=force, frequency=frequency, rate=rate, sensors=sensors
+    rigs, (force, frequency, rate, sensors, shakers) = broadcast(
+        rigs, step, force=force, frequency=frequency, rate=rate, sensors=sensors, drive=drive
     )
     asked = zip(force, frequency, rate, sensors, strict=True)
     plans = [
@@ -161,12 +163,12 @@ def ramp_test(
         else sweep("force", row, float(f), float(pace), window, sensor)
         for row, f, pace, sensor in asked
     ]
-    return ran("ramp_test", "force", rigs, plans, start, step, options)
+    return ran("ramp_test", "force", rigs, plans, shakers, start, step, options)
 
 
 def tapped_test(
     parameters, force, frequency, velocity=SIZES, dwell="settled", start="rest", step=5e-5, *, pulse=PULSE,
-    tolerance=1e-3, limit=30.0, sensors=None, progress=False, executor=None, checkpoint=None,
+    tolerance=1e-3, limit=30.0, sensors=None, drive=None, progress=False, executor=None, checkpoint=None,
 ):  # fmt: skip
     """`BenchTest`: at each frequency wait, read, and tap the mass until it goes over to another motion.
 
@@ -187,7 +189,7 @@ def tapped_test(
         a peak of the force and a quarter, half and three quarters of a period later, whenever the motion has settled.
     pulse : float
         Duration of a tap (s), at least four steps.
-    dwell, start, step, tolerance, limit, sensors, progress, executor, checkpoint
+    dwell, start, step, tolerance, limit, sensors, drive, progress, executor, checkpoint
         See `stepped_test`; another motion is one whose lines at f or below differ by a tenth of z.
 
     Raises
@@ -202,12 +204,12 @@ def tapped_test(
     velocity = checks.array("velocity", velocity, "m/s")
     if not velocity.all():
         raise ValueError("velocity = 0 m/s is not allowed; expected sizes of taps, none of them zero")
-    rigs, (force, frequency, sensors) = broadcast(
-        rigs, force=force, frequency=rows("frequency", frequency, step), sensors=sensors
+    rigs, (force, frequency, sensors, shakers) = broadcast(
+        rigs, step, force=force, frequency=rows("frequency", frequency, step), sensors=sensors, drive=drive
     )
     pulse = checks.real("pulse", pulse, "s", low=4 * step, high=0.5)
     plans = [
         Points(tuple((float(F), float(f)) for f in row), patience, sensor, tuple(velocity.tolist()), pulse)
         for F, row, sensor in zip(force, frequency, sensors, strict=True)
     ]
-    return ran("tapped_test", "frequency", rigs, plans, start, step, options)
+    return ran("tapped_test", "frequency", rigs, plans, shakers, start, step, options)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ... import checks
 from ...results import Status
+from ..driven import NOTHING
 from ..steady import sampling
 from .asked import bench_of, broadcast, ran, rows, window_of
 from .bench import Request
@@ -61,7 +62,7 @@ class Sweep:
                 samples = told.samples[::every]
                 if self.sensors is not None:
                     shown = self.sensors.measured(step * began + time, samples[:, :2], number)
-                    samples, number = np.column_stack([shown, samples[:, 2]]), number + 1
+                    samples, number = np.column_stack([shown, samples[:, 2:]]), number + 1
                 if last is not None:
                     both = np.concatenate([last[0], time]), np.concatenate([last[1], samples])
                     found.append(_read(drive, began, *both))
@@ -79,6 +80,11 @@ def _read(drive, began, time, samples):
     # Neither product is left to a library whose threads would change the last bits.
     gram, sums = np.einsum("ti,tj->ij", columns, columns), np.einsum("ti,tj->ij", columns, samples[:, :2])
     solved = np.linalg.solve(gram, sums)
+    given = NOTHING
+    if samples.shape[1] > 3:
+        sent = np.linalg.solve(gram, np.einsum("ti,tj->ij", columns, samples[:, 3:]))
+        sent = (sent[1 : _MULTIPLES.size + 1] - 1j * sent[_MULTIPLES.size + 1 :])[_BELOW.size :]
+        given = np.append(sent[0], np.abs(sent[1:, 0]).max() / np.abs(sent[0, 0]))
     lines = solved[1 : _MULTIPLES.size + 1] - 1j * solved[_MULTIPLES.size + 1 :]
     lines = np.column_stack([lines, lines[:, 0] - lines[:, 1]])
     below, (fundamental, *harmonics) = np.abs(lines[: _BELOW.size, 2]), lines[_BELOW.size :]
@@ -94,6 +100,7 @@ def _read(drive, began, time, samples):
         "subharmonic": (below[strongest] / size[2], 1 / _BELOW[strongest]), "drift": np.nan, "left": np.nan,
         "dwell": time[-1] - time[0],
         "velocity": 0.0, "tries": 0, "status": Status.PASSING.name, "message": f"other motion {stray:.1%} of z",
+        "given": given,
     }  # fmt: skip
 
 
@@ -114,7 +121,7 @@ def _parted(drive, began, steps, told):
         "shaker": nothing, "mass": nothing, "relative": nothing, "tilt": np.abs(told.samples[:, 2]).max(),
         "distortion": np.full(3, np.nan), "subharmonic": (np.nan, np.nan), "drift": np.nan, "left": np.nan,
         "dwell": np.nan, "velocity": 0.0, "tries": 0, "error": np.nan, "status": Status.FLEW_APART.name,
-        "message": f"past its wires' reach at t = {told.parted:.4g} s",
+        "message": f"past its wires' reach at t = {told.parted:.4g} s", "given": NOTHING,
     }  # fmt: skip
 
 
@@ -135,7 +142,7 @@ def sweep(name, turns, fixed, rate, window, sensors, logarithmic=False):
 
 def swept_test(
     parameters, force, frequency, rate, spacing="linear", start="rest", step=5e-5, *, window=0.5, sensors=None,
-    progress=False, executor=None, checkpoint=None,
+    drive=None, progress=False, executor=None, checkpoint=None,
 ):  # fmt: skip
     """`BenchTest`: a sine swept in frequency, up or down, read in a moving window.
 
@@ -160,7 +167,7 @@ def swept_test(
     window : float
         s of motion that a reading is fitted to, at least six periods of the force; one every half of it,
         at the frequency in its middle. ``error`` of a point is what the window smooths away.
-    sensors, progress, executor, checkpoint
+    sensors, drive, progress, executor, checkpoint
         See `rigsim.experiment.protocols.stepped.stepped_test`.
 
     Raises
@@ -174,11 +181,11 @@ def swept_test(
     rate = checks.array("rate", rate, "Hz/s", low=SLOWEST, high=FASTEST)
     logarithmic = checks.one_of("spacing", spacing, SPACINGS) == "logarithmic"
     window, frequency = window_of(window), rows("frequency", frequency, step, least=2)
-    rigs, (force, frequency, rate, sensors) = broadcast(
-        rigs, force=force, frequency=frequency, rate=rate, sensors=sensors
+    rigs, (force, frequency, rate, sensors, shakers) = broadcast(
+        rigs, step, force=force, frequency=frequency, rate=rate, sensors=sensors, drive=drive
     )
     plans = [
         sweep("frequency", row, float(F), float(pace), window, sensor, logarithmic)
         for F, row, pace, sensor in zip(force, frequency, rate, sensors, strict=True)
     ]
-    return ran("swept_test", "frequency", rigs, plans, start, step, options)
+    return ran("swept_test", "frequency", rigs, plans, shakers, start, step, options)

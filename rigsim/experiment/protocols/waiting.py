@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...results import Status
+from ..driven import NOTHING, read_sent
 from ..lines import fit_sines
 from ..steady import WINDOW, read_or_parted, sampling
 from .bench import Request
@@ -60,13 +61,13 @@ def wait(drive, began, patience, sensors, number):
     grid = every * step
     window, part = (math.ceil(s / grid * (1 - 1e-12)) * every for s in (WINDOW, max(_PART, _TURNS / f)))
     least, most = patience.steps(part, window, step)
-    kept, lines, done = np.empty((0, 3)), [], 0
+    kept, lines, done = None, [], 0
     while True:
         # A first part of odd length brings the end of the last one to where the dwell ends.
         count = least % part if done == 0 and least % part else part
         told = yield Request(drive, done, count)
         done += count
-        kept = np.concatenate([kept, told.samples])[-window - part :]
+        kept = told.samples if kept is None else np.concatenate([kept, told.samples])[-window - part :]
         if count == part:
             lines.append(_lines(drive, done, every, told.samples))
         parted, left, late = not np.isnan(told.parted), _left(lines), done + part > most
@@ -89,8 +90,11 @@ def wait(drive, began, patience, sensors, number):
         "time": (began + done) * step, "force": drive.force, "frequency": f, "shaker": shaker, "mass": mass,
         "relative": relative, "tilt": np.abs(own[:, 2]).max(), "distortion": distortion, "subharmonic": subharmonic,
         "drift": drift, "left": left, "dwell": done * step, "velocity": drive.velocity, "tries": 0, "error": np.nan,
-        "status": status, "message": message,
+        "status": status, "message": message, "given": NOTHING,
     }  # fmt: skip
+    if own.shape[1] > 3:
+        sent, harmonics = read_sent(phased, own[:, 3:], f, told.parted)
+        reading["given"] = np.append(sent, harmonics)
     return drive.ended(done), reading, lines[-1] if lines else None
 
 

@@ -33,6 +33,7 @@ from .record import record_figure
 from .residuals import prediction_figure, residual_figure
 from .response import detached_curves_figure, force_scenario_figure, frequency_response_figure
 from .rig import debug_figure, rig_figure
+from .shaker import shaker_figure, shaker_waveform_figure
 from .sheet import event_curves_figure, sheet_amplitude_figure, sheet_figure
 from .sine_test import distortion_figure, out_of_plane_figure, sine_test_figure
 from .spectrum import spectrum_figure
@@ -45,14 +46,13 @@ from .wobbling import wobbling_figure
 __all__ = [
     "attractors_figure", "basins_figure", "bench_test_figure", "branches_figure", "comparison_figure",
     "curve_probability_figure", "debug_figure", "design_figure", "detached_curves_figure",
-    "detached_probability_figure",
-    "distortion_figure", "event_curves_figure", "existence_chart_figure", "force_scenario_figure",
-    "frequency_response_figure", "growth_figure", "harmonics_figure", "held_motion_figure", "identification_figure",
-    "integrity_figure", "invasiveness_figure", "margins_figure", "measured_response_figure", "measured_sheet_figure",
-    "modes_figure", "nonlinear_coefficient_figure", "orbits_figure", "out_of_plane_figure", "parameter_figure",
-    "phase_locked_figure", "prediction_figure", "readings_figure", "receptance_figure", "record_figure",
-    "residual_figure", "response_surface_figure", "rig_figure", "s_curves_figure", "sheet_amplitude_figure",
-    "sheet_figure", "sine_test_figure", "singular_value_figure", "spectrum_figure", "stabilisation_figure",
-    "statics_figure", "subharmonics_figure", "tap_map_figure", "tolerance_study_figure", "waits_figure",
-    "wire_law_figure", "wobbling_figure",
+    "detached_probability_figure", "distortion_figure", "event_curves_figure", "existence_chart_figure",
+    "force_scenario_figure", "frequency_response_figure", "growth_figure", "harmonics_figure", "held_motion_figure",
+    "identification_figure", "integrity_figure", "invasiveness_figure", "margins_figure", "measured_response_figure",
+    "measured_sheet_figure", "modes_figure", "nonlinear_coefficient_figure", "orbits_figure", "out_of_plane_figure",
+    "parameter_figure", "phase_locked_figure", "prediction_figure", "readings_figure", "receptance_figure",
+    "record_figure", "residual_figure", "response_surface_figure", "rig_figure", "s_curves_figure", "shaker_figure",
+    "shaker_waveform_figure", "sheet_amplitude_figure", "sheet_figure", "sine_test_figure", "singular_value_figure",
+    "spectrum_figure", "stabilisation_figure", "statics_figure", "subharmonics_figure", "tap_map_figure",
+    "tolerance_study_figure", "waits_figure", "wire_law_figure", "wobbling_figure",
 ]  # fmt: skip

@@ -3,9 +3,16 @@
 import numpy as np
 
 from ... import checks
-from .style import BLUE, GREEN, GREY, ORANGE, RED, outer_labels, style, subplots
+from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, outer_labels, style, subplots
 
-_COLOURS = {"force": GREY, "shaker": BLUE, "mass": ORANGE, "relative": GREEN, "tilt": RED}  # from top to bottom
+_COLOURS = {
+    "force": GREY,
+    "shaker": BLUE,
+    "mass": ORANGE,
+    "relative": GREEN,
+    "tilt": RED,
+    "voltage": PURPLE,
+}  # from top to bottom
 _SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}  # other units as they are
 
 

@@ -34,6 +34,11 @@ def identified():
 
 
 @cache
+def driven():
+    return rigsim.compare_drives(RIG, 3.18, [40.0], duration=3)
+
+
+@cache
 def stepped():
     return rigsim.stepped_test(RIG, 1.0, [20.0, 22.0])
 
@@ -110,6 +115,8 @@ EXAMPLES = {
     "residual_figure": (lambda: identified()[0], "residuals", {}, 6),
     "response_surface_figure": (lambda: rigsim.force_scenario(RIG), "surface", {}, 2),
     "rig_figure": (lambda: RIG.single_set(), "rig", {"beside": RIG}, 2),
+    "shaker_figure": (lambda: driven(), "drives", {}, 3),
+    "shaker_waveform_figure": (lambda: driven(), "waveforms", {}, 2),
     "s_curves_figure": (held, "s-curves", {"force": 3.0}, 1),
     "sheet_amplitude_figure": (lambda: explored(), "amplitude", {"forces": [3.18]}, 1),
     "sheet_figure": (lambda: explored(), "sheet", {"force": 3.18}, 1),
