@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
+from scipy.ndimage import uniform_filter1d
 
-from .likelihood import noise_weights, normal_equations, white_weights
+from .likelihood import noise_weights, normal_equations, smoothing, white_weights
 from .lines import inverse
 
 _PARTS = 12  # of the record, in time and over the band, whose pulls on the parameters are compared
 _LEAST = 0.1  # of a line's noise that is left of it
+_TOGETHER = 2.5  # times the variance of lines apart: what is more is no noise, and a disagreement of parts
 _ODD = 0.001  # chance of a disagreement that is taken for one
 
 
@@ -68,14 +70,17 @@ def score(fit, beside=()):
     """
     own = np.concatenate([fit.own, *(fit.freed.lines(fit.lines, column)[..., None] for column in beside)], axis=-1)
     weights, count = noise_weights(fit.left, fit.owners), fit.values.size
-    information = normal_equations(own, fit.left, weights)[0]
+    weighted = weights[..., None] * own
+    information, shared = normal_equations(own, fit.left, weights)[0], 0.0
     # What is left of a line lacks the share of its noise that the parameters took; in blocks that lap a line is a half.
-    taken = 2 * weights * np.sum(own.conj() * (own @ inverse(information)), axis=-1).real
-    pulls = np.einsum("blip,bli->blp", (weights[..., None] * own).conj(), fit.left)
-    whole = np.einsum("blip,bli->blp", (weights[..., None] * own).conj(), fit.left / np.maximum(1 - taken, _LEAST))
-    # Line by line as they are, for outputs may share a noise, as that of an unknown force.
-    whole = whole.reshape(-1, whole.shape[-1])
-    shared, slopes = (whole.T @ whole.conj()).real, pulls.real
+    taken = 2 * np.sum(weighted.conj() * (own @ inverse(information)), axis=-1).real
+    left = fit.left / np.sqrt(np.maximum(1 - taken, _LEAST))
+    for owner in np.unique(fit.owners):
+        heavy, spectra = weighted[fit.owners == owner], _spectra(left[fit.owners == owner])
+        shared = shared + np.einsum("blip,lij,bljq->pq", heavy.conj(), spectra, heavy, optimize=True).real
+    slopes = np.einsum("blip,bli->blp", weighted.conj(), left).real
+    together = _pulling_together(slopes.sum(axis=1), shared, inverse(information)[:, :count])
+    shared = shared * (1 + _coherence(left, weighted, own) * (together - 1))
     white = normal_equations(fit.own, fit.left, white_weights(fit.left, fit.owners))[0]
     # Without what a change of the parameters shares with that of all beside them.
     alone = np.eye(count, len(information))
@@ -97,6 +102,41 @@ def uncertainty(found):
     quantile = np.where(disagreement > 1, stats.t.ppf(0.975, _PARTS - 1), stats.norm.ppf(0.975))
     grown = error * disagreement
     return Uncertainty(covariance * np.outer(disagreement, disagreement), grown, quantile * grown, bound, disagreement)
+
+
+def _spectra(left):
+    """Covariance of what is left at each line, (lines, q, q), smoothed."""
+    spectra = np.einsum("bli,blj->lij", left, left.conj()) / len(left)
+    lines = smoothing(len(left))
+    return uniform_filter1d(spectra.real, lines, axis=0) + 1j * uniform_filter1d(spectra.imag, lines, axis=0)
+
+
+def _coherence(left, weighted, own):
+    """Of what is left of two outputs, where the record tells of the parameters: 1 where an unknown force does it all.
+
+    Its noise rings with the rig, louder and at another frequency as the motion is large or small, so that its lines
+    pull together; those of sensors' noise do not.
+    """
+    spectra = _spectra(left)
+    if spectra.shape[1] == 1:
+        return 0.0
+    coherence = np.abs(spectra[:, 0, 1]) ** 2 / (spectra[:, 0, 0] * spectra[:, 1, 1]).real
+    told = np.sum(weighted.conj() * own, axis=(0, 2)).real
+    told = np.sum(told / np.maximum(told.sum(axis=0), 1e-300), axis=1)
+    return float(told @ coherence / told.sum())
+
+
+def _pulling_together(slopes, shared, inverted):
+    """Variance of the parameters by the slopes of whole blocks (blocks, p), over the one by lines; no less.
+
+    Blocks lap by a half, so that neighbours count together; what is left has no slope of its own, which takes three
+    blocks of them.
+    """
+    blocks, lapping = len(slopes), slopes[:-1].T @ slopes[1:]
+    whole = (slopes.T @ slopes + lapping + lapping.T) * blocks / max(blocks - 3, 1)
+    variance = [np.sum(inverted * (one @ inverted), axis=0) for one in (whole, shared)]
+    known = variance[1] > 0
+    return np.clip(np.mean(variance[0][known] / variance[1][known]), 1.0, _TOGETHER)
 
 
 def _sums(slopes, axis):
