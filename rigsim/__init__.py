@@ -19,6 +19,7 @@ _HOME = {
     "static_equilibrium": "model.planar",
     "linear_modes": "model.planar",
     "Tap": "model.excitation",
+    "ShakerDrive": "model.shaker",
     "frequency_response": "theory.amplitude",
     "FrequencyResponse": "theory.amplitude",
     "folds": "theory.detached",

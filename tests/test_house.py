@@ -113,7 +113,7 @@ def test_public_name_loads(name):
 def test_no_public_name_hides_a_room():
     """`import rigsim.x` sets the attribute x of rigsim: a thing of that name would be gone."""
     assert not {path.parts[0].removesuffix(".py") for path in modules()} & set(rigsim.__all__)
-    assert len(rigsim.__all__) < 60, "the front door is small: calls, and the few results that others write about"
+    assert len(rigsim.__all__) <= 60, "the front door is small: calls, and the few results that others write about"
 
 
 @pytest.mark.parametrize(
