@@ -21,12 +21,9 @@ from .formats.units import SI, bare, is_unit, plain, role_of, unit_of
 from .on_disk import let_go
 
 _ROLES = (*UNITS, "time")
-_QUANTITIES = {
-    "force": ("force", "acceleration"),
-    "tilt": ("angle",),
-    "time": ("time",),
-    "voltage": ("voltage",),
-} | dict.fromkeys(OUTPUTS, tuple(KINDS))
+_QUANTITIES = {"force": ("force", "acceleration"), "tilt": ("angle",), "time": ("time",)} | dict.fromkeys(
+    OUTPUTS, tuple(KINDS)
+)
 _SHOWN = 12  # columns in a message
 EXAMPLE = 'channels={"force": ..., "shaker": ..., "mass": ...}'
 
@@ -267,6 +264,10 @@ def _scales(path, contents, details, found, units, notes):
                    "units=": units.get(role, "")}  # fmt: skip
         if role == "time" and index in contents.stamps:
             sources = {"dates": "s"}
+        if role == "voltage":  # volts are what no other channel of a record has
+            _volts(path, sources)
+            scales[role] = 1.0
+            continue
         unit, (quantity, factor) = _one_unit(path, role, sources, quantities)
         if not unit:
             quantity, factor = quantities[0], 1.0
@@ -283,6 +284,13 @@ def _scales(path, contents, details, found, units, notes):
     if taken and not contents.own:
         notes.append(", ".join(taken))
     return scales, assumed, said
+
+
+def _volts(path, sources):
+    """Refuse a voltage in another unit."""
+    for unit in sources.values():
+        if unit not in ("", "V"):
+            raise ValueError(f"unit of voltage in {path} = {checks.shown(unit)} is not allowed; expected V")
 
 
 def _one_unit(path, role, sources, quantities):

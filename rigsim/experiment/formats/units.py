@@ -10,7 +10,6 @@ SI = {
     "acceleration": "m/s^2",
     "angle": "rad",
     "time": "s",
-    "voltage": "V",
 }
 _LENGTHS = {
     "m": 1.0,
@@ -32,7 +31,6 @@ _FACTORS = {
     "acceleration": {f"{length}/s2": factor for length, factor in _LENGTHS.items()}
     | {"g": _G, "mg": _G / 1e3, "ug": _G / 1e6, "kg": None, "Gal": 1e-2},
     "angle": {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": 0.017453292519943295},
-    "voltage": {"V": 1.0, "mV": 1e-3},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
 }  # fmt: skip
 _WORDS = {
