@@ -259,7 +259,7 @@ def _scales(path, contents, details, found, units, notes):
         _, word = role_of(plain(column.name))
         kind = kinds.get(role) or (word if role in OUTPUTS else "")
         kind = "acceleration" if role == "force" and details.get("base") else kind
-        quantities = (kind,) if kind else _QUANTITIES[role]
+        quantities = (kind,) if kind else _QUANTITIES.get(role, ())
         sources = {f"{path}": column.unit, f"the name {column.name!r}": unit, "the first line": told.get(role, ""),
                    "units=": units.get(role, "")}  # fmt: skip
         if role == "time" and index in contents.stamps:
