@@ -22,7 +22,7 @@ _UNITS = {
     "frequency": "Hz", "force": "N", "feedback": "N", "phase": "deg", "shaker": "m", "mass": "m",
     "relative": "m", "amplitude": "m", "tilt": "rad", "velocity": "m/s", "time": "s", "begin": "s", "dwell": "s",
     "sample_rate": "Hz", "gains": "N/m, N s/m, N/m, N s/m", "suspension": "N s/m, N/m, N/m^3",
-    "traces": "m, m, rad", "trace": "N, m, m",
+    "given": "N, V, 1", "traces": "m, m, rad", "trace": "N, m, m",
 } | dict.fromkeys(("run", "rig", "tries", "segments", "status", "message"), "")  # fmt: skip
 
 
@@ -92,7 +92,7 @@ def _details(result, points):
     versions |= {package: version(package) for package in _PACKAGES}
     others = [field.name for field in fields(result) if field.name not in points and field.name != "members"]
     settings = {name: _plain(getattr(result, name)) for name in others}
-    if isinstance(result.parameters, tuple):  # one a point or a bench: each is told once
+    if "rig" in points:  # the number of one among those that differ
         settings["parameters"] = _plain(tuple(dict.fromkeys(result.parameters)))
     return {"kind": type(result).__name__, "summary": result.summary(), "versions": versions, "settings": settings}
 

@@ -20,7 +20,18 @@ def channel_troubles(record, band, order):
     for name in ("force", *record.kinds):
         values = getattr(record, name)
         found += [*_clipped(name, values), *_held(name, values)]
-    return found + poor_force(record, band, order) + _absurd(record, band)
+    return [*found, *poor_force(record, band, order), *_absurd(record, band), *_not_held(record)]
+
+
+def _not_held(record):
+    """Whether a force is told to be held that a coil's current makes: it follows the voltage."""
+    if record.voltage is None or record.hold == "band-limited":
+        return []
+    message = (
+        f'the force of a coil that was given a voltage is not held between samples, as hold = "{record.hold}" says: '
+        'sample faster, shake by a current, or by a voltage without jumps, with hold = "band-limited"'
+    )
+    return [Trouble("hold", message)]
 
 
 def _absurd(record, band):

@@ -138,7 +138,7 @@ def compare_tests(orbits, *tests, names=None):
     Raises
     ------
     ValueError
-        If there is no test, or one of another force, or not as many names as tests.
+        If there is no test, or one of another rig or force, or not as many names as tests.
     """
     orbits = checks.instance("orbits", orbits, PeriodicOrbits, "PeriodicOrbits")
     tests = tuple(checks.one_or_many("tests", tests, (BenchTest, SineTest), "a BenchTest or a SineTest"))
@@ -146,6 +146,8 @@ def compare_tests(orbits, *tests, names=None):
         raise ValueError("tests is empty; expected at least one BenchTest or SineTest")
     for test in tests:
         check_force("tests", test.shakers, ("current", "force"))
+        if any(rig != orbits.parameters for rig in test.parameters):
+            raise ValueError("tests of another rig than that of the orbits are not allowed; expected tests of one rig")
         if not np.allclose(test.force, orbits.force, rtol=1e-9):
             low, high = test.force.min(), test.force.max()
             raise ValueError(

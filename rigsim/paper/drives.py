@@ -9,7 +9,7 @@ from ..design.margins import margins
 from ..experiment.sine_test import SineTest, sine_test
 from ..model.excitation import Tap
 from ..model.shaker import MODES, ShakerDrive
-from ..parameters import RigParameters, rig_of
+from ..parameters import RigParameters, oscillator_of, rig_of
 from ..results import Result, Status, frame
 from ..theory.detached import detached_curves, force_scenario
 from ..theory.driven import driven_response
@@ -139,6 +139,7 @@ def compare_drives(
         If an argument is not allowed.
     """
     parameters, force = rig_of(parameters), checks.positive("force", force, "N")
+    oscillator_of(parameters)  # theory comes last, and what it refuses need not be shaken
     drives = tuple(checks.one_or_many("drives", drives, ShakerDrive, "a ShakerDrive or several"))
     if not drives:
         raise ValueError("drives has 0 elements; expected at least 1")

@@ -8,7 +8,7 @@ import pytest
 import scipy.linalg
 from scipy.interpolate import CubicSpline
 
-from rigsim import continue_orbit, feedback_test, frequency_response, periodic_orbits, response_sheet
+from rigsim import continue_orbit, feedback_test, frequency_response, periodic_orbits, response_sheet, sine_test
 from rigsim.experiment.feedback.balance import largest_amplitude, refitted, stepped
 from rigsim.experiment.feedback.gains import designed, loop_multipliers, multipliers, transitions
 from rigsim.experiment.feedback.loop import Loop
@@ -408,3 +408,17 @@ def test_measured_contours_are_those_of_the_response_sheet():
                 for i in np.flatnonzero(np.diff(np.sign(branch.frequency - frequency)))
             )
             assert z == pytest.approx(expected, rel=0.01), f"{frequency} Hz, {force} N"
+
+
+def test_a_curve_begins_where_no_force_is_and_says_where_it_may_have_more():
+    """A stiff rig, whose first motion asked for takes more force than that of the response."""
+    rig = RigParameters(ms=0.3, ks=2.5e4, cs=6, m=0.02, c=0.1, k=2e4, d=0.05, d0=0.04999, Lm=0.03, LG=0.002)
+    test = feedback_test(rig, 3.18, [30.0], design=rig.oscillator, limit=60)
+    whole = test.at(3.18)
+    assert [one.motion for one in whole] == ["low", "middle", "high"] and not whole.unfinished
+    alone = sine_test(rig, 3.18, 30.0)
+    np.testing.assert_allclose(abs(whole[0].relative), abs(alone.relative[0]), rtol=1e-3)
+    part = feedback_test(rig, 3.18, [30.0], design=rig.oscillator).at(3.18)
+    assert part.unfinished == (30.0,) and "at 30 Hz there may be more" in part.summary()
+    with pytest.raises(ValueError, match=r"force = 5000 N is not allowed; expected at most"):
+        test.at(5000.0)

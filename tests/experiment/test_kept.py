@@ -62,3 +62,10 @@ def test_another_suffix_is_refused_and_what_was_there_stays(made, tmp_path):
     with pytest.raises(ValueError, match=r"result.txt = '.txt' is not allowed; expected one of '.nc', '.csv'"):
         made["bench"].save(tmp_path / "result.txt")
     assert (tmp_path / "result.txt").read_text() == "mine"
+
+
+def test_every_bench_keeps_its_rig(tmp_path):
+    other = RIG.replace(m=0.006)
+    stepped_test([RIG, other, RIG], 3.18, [20.0], dwell=1.0).save(tmp_path / "result.csv")
+    details = json.loads((tmp_path / "result.csv").read_text().splitlines()[0].removeprefix("#"))
+    assert [RigParameters(**rig) for rig in details["settings"]["parameters"]] == [RIG, other, RIG]

@@ -75,3 +75,9 @@ def test_what_does_not_fit_is_refused(comparison):
         compare_tests(RIG, *comparison.tests)
     with pytest.raises(ValueError, match="i = 5"):
         comparison.found(5)
+
+
+def test_tests_of_another_rig_are_refused():
+    orbits = periodic_orbits(RIG, 1.0, band=(20, 30))
+    with pytest.raises(ValueError, match="tests of another rig than that of the orbits are not allowed"):
+        compare_tests(orbits, stepped_test(RIG.replace(m=0.006), 1.0, [20.0], dwell=1.0))

@@ -100,10 +100,27 @@ class MeasuredResponse(ResultSequence):
         """One line: motions, and folds."""
         folds = ", ".join(f"{fold.frequency:.2f} Hz ({fold.kind})" for fold in self.folds) or "none"
         unstable = int((~self.stable).sum())
+        short = ", ".join(f"{frequency:g}" for frequency in self.unfinished)
         return (
             f"MeasuredResponse at {self.force:g} N: {len(self)} motions at {np.unique(self.frequency).size} "
             f"frequencies, {unstable} of them unstable; folds: {folds}"
+            + (
+                f"; at {short} Hz there may be more, since motions there were not held, or none that takes the force"
+                if short
+                else ""
+            )
         )
+
+    @property
+    def unfinished(self):
+        """Tuple of frequencies (Hz) at which motions were not held, or none that takes more than the force."""
+        found = []
+        for frequency in self.test.frequency.tolist():
+            own = [one for one in self.test if one.frequency == frequency]
+            held = [abs(one.force[1]) for one in self.test.held(frequency)]
+            if len(held) < len(own) or max(held, default=0.0) < self.force:
+                found.append(frequency)
+        return tuple(found)
 
     def to_dataframe(self):
         """`pandas.DataFrame` with a row per motion."""
@@ -135,10 +152,12 @@ def contour(model, curves, force):
         held, amplitude, squared = _s_curve(held)
         if len(held) < _FEWEST:
             continue
+        amplitude, squared = np.append(0.0, amplitude), np.append(0.0, squared)  # no motion takes no force
         over = CubicSpline(amplitude, squared - force**2)
         passed = over.roots(extrapolate=False)
-        lines = CubicSpline(amplitude, [np.column_stack([one.shaker, one.mass]) for one in held])
-        phase = CubicSpline(amplitude, [one.force[1] for one in held])
+        lines = [np.column_stack([one.shaker, one.mass]) for one in held]
+        lines = CubicSpline(amplitude, [np.zeros_like(lines[0]), *lines])
+        phase = CubicSpline(amplitude, [0.0, *(one.force[1] for one in held)])
         fitted = model.replace(**dict(zip(("c", "k1", "k3"), held[0].suspension.tolist(), strict=True)))
         names = _names(over(passed, 1) < 0)
         for root, name in zip(passed, names, strict=True):

@@ -167,6 +167,9 @@ class FeedbackTest(Kept, ResultSequence):
         passes the force. No model is in this, but for the stability (`HeldMotion.multipliers`).
         """
         force = checks.positive("force", force, "N")
+        most = max((abs(one.force[1]) for one in self if one.status is Status.HELD), default=0.0)
+        if force > most:
+            raise ValueError(f"force = {force:g} N is not allowed; expected at most {most:.4g} N, that motions took")
         curves = {f: (self.held(f), self._gaps(f)) for f in self._known}
         motions, folds = contour(self.model, curves, force)
         return MeasuredResponse(motions, folds, force, self)

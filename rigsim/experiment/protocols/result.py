@@ -9,6 +9,7 @@ from ... import checks
 from ...campaign.cost import affordable
 from ...results import ResultSequence, Status, frame
 from ..kept import Kept
+from ..out_of_plane import planar_word
 from ..record import Record
 from .bench import replay
 from .jumps import jumps_between, jumps_in_passing
@@ -196,6 +197,7 @@ class BenchTest(Kept, ResultSequence):
         return (
             f"{self.protocol}: {benches}{len(self)} points from {_range(self.frequency)} Hz, {_range(self.force)} N: "
             f"{told}; {len(self.jumps)} jumps; {self.bench_time / 60:.3g} min on the bench"
+            f"{planar_word(self.parameters)}"
         )
 
     def table(self):
