@@ -174,6 +174,16 @@ def one_or_many(name, value, kinds, expected):
     return [instance(name, member, kinds, expected) for member in members]
 
 
+def broadcast(**given):
+    """The number of elements that sequences by name have, each of them 1 or the longest's; `ValueError` if not."""
+    n = max(map(len, given.values()))
+    for name, values in given.items():
+        if len(values) not in (1, n):
+            longest = f" or {n}, the longest of the arguments" if n > 1 else ""
+            raise ValueError(f"{name} has {len(values)} elements; expected 1{longest}")
+    return n
+
+
 def array(
     name, values, unit="", *, low=-math.inf, high=math.inf, low_open=False, ndim=1, min_size=1, size=None, physical=True
 ):

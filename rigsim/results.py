@@ -49,6 +49,18 @@ class Status(enum.Enum):
         return words in self.value
 
 
+def counted(statuses):
+    """How many of a sequence of `Status` there are of each, in words."""
+    statuses = list(statuses)
+    return ", ".join(f"{statuses.count(status)} {status}" for status in Status if status in statuses)
+
+
+def spanned(values):
+    """From where to where an array of numbers goes, in words."""
+    low, high = values.min(), values.max()
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
 def frame(data, columns=None, index=None):
     """`pandas.DataFrame` of rows or columns, under one of them if ``index`` names it; loads pandas at its first use."""
     import pandas as pd

@@ -294,20 +294,15 @@ class _Shaken:
 
     def test(self, state, f, tap):
         """z's line at f (m) over the last second, and its status."""
-        plain, ends = spatial.drive(self.force, f), [0.0, self.duration - WINDOW]
-        if tap is not None:
-            ends[1:1] = [tap.time, tap.time + tap.duration]
-        for low, high in itertools.pairwise(ends):
-            tapped = tap is not None and low == tap.time
-            drive = spatial.drive(self.force, f, tap, self.p.m) if tapped else plain
+        last, spacing = self.duration - WINDOW, sampling(f, _USUAL) * _USUAL
+        for low, high, drive in spatial.stretches(self.force, f, tap, self.p.m, 0.0, last):
             _, parted = self.march(state, low, high, drive, int((high - low) / self.step) + 1)
             if not np.isnan(parted):
                 break
-        spacing, last = sampling(f, _USUAL) * _USUAL, ends[-1]
         time = last + spacing * np.arange(1, round(WINDOW / spacing) + 1)
         trace = np.empty((time.size, spatial.SIZE))
         if np.isnan(parted):
-            trace, parted = self.march(state, last, time[-1], plain, time.size)
+            trace, parted = self.march(state, last, time[-1], spatial.drive(self.force, f), time.size)
         window = np.column_stack([trace[:, 0], spatial.axial_position(self.p, trace)])
         lines, _, _, _, status, _ = read_or_parted(time, window, f, parted)
         return lines[2], Status[status]

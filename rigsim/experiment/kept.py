@@ -1,7 +1,6 @@
 """Results of tests as files that explain themselves: numbers of every point, units, settings, rigs and versions."""
 
 import enum
-import io
 import json
 import platform
 from dataclasses import fields, is_dataclass
@@ -12,7 +11,7 @@ import numpy as np
 
 from .. import __version__, checks
 from ..results import frame
-from .formats import chosen
+from .formats import chosen, netcdf
 from .saving import written
 
 _PACKAGES = ("numpy", "scipy", "numba", "pymunk")  # whose versions may change the last digits
@@ -119,9 +118,7 @@ def _write_netcdf(file, numbers, details):
     for name, (values, unit) in numbers.items():
         within = [f"{name.removesuffix('_real').removesuffix('_imaginary')}_{axis}" for axis in range(1, values.ndim)]
         variables[name] = (["point", *within], values, {"units": unit} if unit else {})
-    whole = io.BytesIO()  # libhdf5 does not survive a full disk; writing bytes does
-    xr.Dataset(variables, attrs={"rigsim": details}).to_netcdf(whole, engine="h5netcdf")
-    file.write(whole.getbuffer())
+    netcdf.dump(file, xr.Dataset(variables, attrs={"rigsim": details}))
 
 
 def _write_csv(file, numbers, details):

@@ -18,7 +18,7 @@ from ..campaign.run import join, run_chunks, split
 from ..campaign.stop import look
 from ..model import spatial
 from ..model.planar import largest_tilt, longest_step, rest_position, static_equilibrium
-from ..results import Result, Status, frame
+from ..results import Result, Status, counted, frame
 from .driven import check_force
 from .record import Record
 
@@ -80,8 +80,7 @@ class OutOfPlane(Result):
 
     def summary(self):
         """One line: how many tests last in the plane, how many leave it, and where that changes z."""
-        counts = [(s, int((self.status == s).sum())) for s in Status]
-        told = ", ".join(f"{count} {s}" for s, count in counts if count)
+        told = counted(self.status)
         later = int((self.unstable & (self.status == Status.STAYS_IN_PLANE)).sum())
         later = f"; {later} of those that stay would leave in a longer test" if later else ""
         return f"OutOfPlane of {len(self.status)} sine tests in three dimensions: {told}{later}"
@@ -255,14 +254,9 @@ class _Shaken:
 
         Into the list ``kept`` go time and states of the last second, as arrays of 16 columns.
         """
-        cuts, tap = {0.0, self.duration - _WINDOW, self.duration}, self.tap
-        if tap is not None:
-            cuts |= {tap.time, tap.time + tap.duration}
-        cuts, largest, window, reach = sorted(cuts), np.zeros(3), [], largest_tilt(self.p)
-        for low, high in zip(cuts, cuts[1:], strict=False):
-            drive = self.drive
-            if tap is not None and tap.time <= low < tap.time + tap.duration:
-                drive = spatial.drive(drive[0], self.f, tap, self.p.m)
+        cuts = 0.0, self.duration - _WINDOW, self.duration
+        largest, window, reach = np.zeros(3), [], largest_tilt(self.p)
+        for low, high, drive in spatial.stretches(self.drive[0], self.f, self.tap, self.p.m, *cuts):
             steps = max(1, int(np.ceil((high - low) / self.step)))
             h = (high - low) / steps
             if kept is not None and low >= self.duration - _WINDOW:

@@ -13,12 +13,12 @@ from ..model.chipmunk import STARTS, RigSpace, check_step
 from ..model.excitation import CosineForce, Tap, TapForce
 from ..model.shaker import ShakerDrive, check_drives
 from ..parameters import rigs_of
-from ..results import Result, Status, frame
+from ..results import Result, Status, counted, frame, spanned
 from .driven import Driven, read_sent
 from .kept import Kept
 from .out_of_plane import in_space, out_of_plane, planar_word
 from .record import Record
-from .steady import HARMONICS, LOWEST, WINDOW, read_or_parted, sampling
+from .steady import LOWEST, WINDOW, highest, read_or_parted, sampling
 
 _CHUNK = 36  # rigs a Space: the problem's own grain, so that results do not depend on the executor
 _BLOCK = 500  # samples between two looks at the keyboard
@@ -153,10 +153,8 @@ class SineTest(Kept, Result):
 
     def summary(self):
         """One line: how many tests, how many of each status."""
-        counts = {s: int((self.status == s).sum()) for s in Status}
-        told = ", ".join(f"{count} {s}" for s, count in counts.items() if count)
-        tests = f"SineTest of {len(self.frequency)} rigs, {_range(self.frequency)} Hz, {_range(self.force)} N"
-        return f"{tests}: {told}{self._slack_word()}{planar_word(self.parameters)}"
+        tests = f"SineTest of {len(self.frequency)} rigs, {spanned(self.frequency)} Hz, {spanned(self.force)} N"
+        return f"{tests}: {counted(self.status)}{self._slack_word()}{planar_word(self.parameters)}"
 
     def _slack_word(self):
         loose = 0 if self.slack is None else int((self.slack[:, 0] > 0).sum())
@@ -194,11 +192,6 @@ class SineTest(Kept, Result):
             "voltage [V]": np.where(np.isnan(factor), np.nan, abs(sent.voltage)),
             "at its limit": sent.limited,
         }
-
-
-def _range(values):
-    low, high = values.min(), values.max()
-    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
 def sine_test(
@@ -294,15 +287,8 @@ def _broadcast(parameters, force, frequency, tap, drive, duration, step):
             raise ValueError(f"tap time = {one.time:g} s is not allowed; expected a number from 0 to {last} s")
     drives = checks.one_or_many("drive", drive, (ShakerDrive, type(None)), "a ShakerDrive or None")
     force = checks.array("force", force, "N", low=0.0, low_open=True)
-    highest = 1 / (4 * HARMONICS * step)
-    frequency = checks.array("frequency", frequency, "Hz", low=LOWEST, high=highest)
-    lengths = {"parameters": len(rigs), "force": force.size, "frequency": frequency.size, "tap": len(taps)}
-    lengths["drive"] = len(drives)
-    n = max(lengths.values())
-    for name, length in lengths.items():
-        if length not in (1, n):
-            longest = f" or {n}, the longest of the arguments" if n > 1 else ""
-            raise ValueError(f"{name} has {length} elements; expected 1{longest}")
+    frequency = checks.array("frequency", frequency, "Hz", low=LOWEST, high=highest(step))
+    n = checks.broadcast(parameters=rigs, force=force, frequency=frequency, tap=taps, drive=drives)
     force, frequency = (np.broadcast_to(values, n).copy() for values in (force, frequency))
     rigs, taps, drives = (tuple(each * (n // len(each))) for each in (rigs, taps, drives))
     check_drives(drives, rigs, step)

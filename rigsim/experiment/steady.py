@@ -15,6 +15,11 @@ _LOWEST = 1.0  # Hz; slower lines are no better than the mean over a window of a
 _USUAL = 1 / 4000  # s between samples, up to 160 Hz
 
 
+def highest(step):
+    """Hz, of a force, at an integration step (s): forty steps a period."""
+    return 1 / (4 * HARMONICS * step)
+
+
 def sampling(frequency, step):
     """Steps (s) of the leapfrog between two samples of a motion at a frequency (Hz), its tenth harmonic below a half.
 

@@ -142,14 +142,14 @@ def _mended(found, record, report, reading):
     return found, mended
 
 
-def _others(found, record, pieces, report, reading):
+def _others(found, record, cut, report, reading):
     """Of more pieces of a record, one after the other: slice, what was wrong with it before it was read, and `Trust`.
 
     Each is read from where the rig that is likeliest for the first is already.
     """
     band, terms, fit = reading["band"], reading["terms"], found.trust.fit
     start = np.array([fit.values[fit.structure.names.index(name)] for name in found.layout.names])
-    for done, samples in enumerate(pieces):
+    for done, samples in enumerate(cut):
         report(_STEPS + done)
         one = piece(record, samples)
         again = replace(found, measured=one, trust=trusted(one, [start], band, terms))

@@ -98,6 +98,21 @@ def combined(record, read, band, terms, report):
             lost.append((samples, one.troubles[0].message))
         else:
             known.append(_known(samples, mended, one))
+    values, sure = _agreed(record, known, lost, band, terms, report)
+    rate = record.sample_rate
+    mended = _grouped([told_once(one.mended, rate) for one in known], known, rate)
+    mended += _left_out(lost, len(known), spans, record)
+    return mended, replace(
+        trust,
+        fit=replace(trust.fit, values=values, settled=np.mean([one.settled for one in known]) > 0.5),
+        uncertainty=sure, mended=[], troubles=_grouped([one.troubles for one in known], known, rate),
+        force_share=float(np.mean([one.force_share for one in known])),
+        left=np.sqrt(np.mean([one.left**2 for one in known], axis=0)),
+    )  # fmt: skip
+
+
+def _agreed(record, known, lost, band, terms, report):
+    """Values that all known pieces share, and their `Uncertainty`; those that fly apart with them get lost."""
     values = np.mean([one.values for one in known], axis=0)
     for _ in range(_PASSES):
         scores = []
@@ -116,23 +131,21 @@ def combined(record, read, band, terms, report):
         values = values + step
         if (np.abs(step) <= np.maximum(_SETTLED * sure.standard_error, _EXACT * np.abs(values))).all():
             break
-    rate = record.sample_rate
-    mended = _grouped([told_once(one.mended, rate) for one in known], known, rate)
+    return values, sure
+
+
+def _left_out(lost, known, spans, record):
+    """`Trouble` for pieces that got lost, beside so many known ones, and for what lies between the spans of all."""
+    found, rate = [], record.sample_rate
     if lost:
         told = "; ".join(f"{_span(samples, rate)}: {why}" for samples, why in lost[:_SHOWN])
         more = f" and {len(lost) - _SHOWN} more" if len(lost) > _SHOWN else ""
-        mended.append(Trouble("pieces", f"{len(lost)} of {len(known) + len(lost)} pieces were left out ({told}{more})"))
+        found.append(Trouble("pieces", f"{len(lost)} of {known + len(lost)} pieces were left out ({told}{more})"))
     ends = [(0, 0), *sorted((samples.start, samples.stop) for samples in spans), (record.force.size,) * 2]
     rests = [_span(slice(a, b), rate) for (_, a), (b, _) in itertools.pairwise(ends) if a < b]
     if rests:
-        mended.append(Trouble("rest", f"the rig rests from {', '.join(rests)}, which was left out"))
-    return mended, replace(
-        trust,
-        fit=replace(trust.fit, values=values, settled=np.mean([one.settled for one in known]) > 0.5),
-        uncertainty=sure, mended=[], troubles=_grouped([one.troubles for one in known], known, rate),
-        force_share=float(np.mean([one.force_share for one in known])),
-        left=np.sqrt(np.mean([one.left**2 for one in known], axis=0)),
-    )  # fmt: skip
+        found.append(Trouble("rest", f"the rig rests from {', '.join(rests)}, which was left out"))
+    return found
 
 
 def _known(samples, mended, trust):

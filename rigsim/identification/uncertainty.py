@@ -72,14 +72,15 @@ def score(fit, beside=()):
     weights, count = noise_weights(fit.left, fit.owners), fit.values.size
     weighted = weights[..., None] * own
     information, shared = normal_equations(own, fit.left, weights)[0], 0.0
+    inverted = inverse(information)
     # What is left of a line lacks the share of its noise that the parameters took; in blocks that lap a line is a half.
-    taken = 2 * np.sum(weighted.conj() * (own @ inverse(information)), axis=-1).real
+    taken = 2 * np.sum(weighted.conj() * (own @ inverted), axis=-1).real
     left = fit.left / np.sqrt(np.maximum(1 - taken, _LEAST))
     for owner in np.unique(fit.owners):
         heavy, spectra = weighted[fit.owners == owner], _spectra(left[fit.owners == owner])
         shared = shared + np.einsum("blip,lij,bljq->pq", heavy.conj(), spectra, heavy, optimize=True).real
     slopes = np.einsum("blip,bli->blp", weighted.conj(), left).real
-    together = _pulling_together(slopes.sum(axis=1), shared, inverse(information)[:, :count])
+    together = _pulling_together(slopes.sum(axis=1), shared, inverted[:, :count])
     shared = shared * (1 + _coherence(left, weighted, own) * (together - 1))
     white = normal_equations(fit.own, fit.left, white_weights(fit.left, fit.owners))[0]
     # Without what a change of the parameters shares with that of all beside them.

@@ -14,6 +14,8 @@ rocks: a moment -c (omega - (omega . a) a), in the plane the planar rig's own. D
 and the axial damper pulls P along x.
 """
 
+import itertools
+
 import numpy as np
 from scipy.integrate._ivp import dop853_coefficients
 from scipy.spatial.transform import Rotation
@@ -73,6 +75,14 @@ def drive(force, frequency, tap=None, mass=0.0):
     if tap is not None:
         pulse = mass * tap.velocity * np.pi / (2 * tap.duration), tap.time, tap.duration
     return np.array([force, 2 * np.pi * frequency, 0.0, 0.0, 0.0, *pulse])
+
+
+def stretches(force, frequency, tap, mass, *cuts):
+    """(begin, end, drive) of a test between instants (s), of which the begin and the end of a `Tap` are two more."""
+    plain, cuts = drive(force, frequency), set(cuts) | (set() if tap is None else {tap.time, tap.time + tap.duration})
+    for low, high in itertools.pairwise(sorted(cuts)):
+        tapped = tap is not None and tap.time <= low < tap.time + tap.duration
+        yield low, high, drive(force, frequency, tap, mass) if tapped else plain
 
 
 def rates(state, rig, wires, forces=(0.0,) * 7 + (1.0,), planar=True):

@@ -23,7 +23,7 @@ from ...compiled import compiled
 from ...model.chipmunk import STARTS, RigSpace, check_step, leapfrog
 from ...model.oscillator import oscillator_modes
 from ...parameters import OscillatorParameters, RigParameters, oscillator_of, rig_of
-from ...results import ResultSequence, Status, frame
+from ...results import ResultSequence, Status, counted, frame
 from ..kept import Kept
 from .balance import phase_slope
 from .loop import substeps
@@ -93,8 +93,7 @@ class PhaseLockedTest(Kept, ResultSequence):
 
     def summary(self):
         """One line: motions, of which status, where, and the bench's time."""
-        counts = {status: sum(one.status is status for one in self) for status in Status}
-        told = ", ".join(f"{count} {status}" for status, count in counts.items() if count)
+        told = counted(one.status for one in self)
         return (
             f"PhaseLockedTest of {len(self)} motions by the phase of {self.signal}, {np.nanmin(self.frequency):.4g} to "
             f"{np.nanmax(self.frequency):.4g} Hz: {told}; {self.bench_time / 60:.3g} min of a bench"

@@ -7,7 +7,7 @@ import numpy as np
 
 from ... import checks
 from ...parameters import OscillatorParameters, RigParameters
-from ...results import Result, ResultSequence, Status, frame
+from ...results import Result, ResultSequence, Status, counted, frame
 from ..kept import Kept
 from ..record import Record
 from .contour import MeasuredResponse, contour, fold_levels
@@ -185,8 +185,7 @@ class FeedbackTest(Kept, ResultSequence):
 
     def summary(self):
         """One line: how many motions, how many of each status, and the bench's time."""
-        counts = {status: sum(one.status is status for one in self) for status in Status}
-        told = ", ".join(f"{count} {status}" for status, count in counts.items() if count)
+        told = counted(one.status for one in self)
         low, high = self.frequency[0], self.frequency[-1]
         return (
             f"FeedbackTest of {len(self)} motions at {len(self.frequency)} frequencies, {low:g} to {high:g} Hz, up to "

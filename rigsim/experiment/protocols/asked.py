@@ -9,7 +9,7 @@ from ...model.chipmunk import STARTS, check_step
 from ...model.shaker import ShakerDrive, check_drives
 from ...parameters import rigs_of
 from ...results import Status
-from ..steady import HARMONICS, LOWEST, WINDOW
+from ..steady import LOWEST, WINDOW, highest
 from .bench import run_bench
 from .drive import Drive
 from .result import BenchPoint, BenchTest
@@ -43,11 +43,6 @@ def bench_of(parameters, start, step):
     return rigs, checks.one_of("start", start, STARTS), step
 
 
-def highest(step):
-    """Hz, of a force, at an integration step (s)."""
-    return 1 / (4 * HARMONICS * step)
-
-
 def rows(name, values, step=None, least=1):
     """Frequencies at a ``step`` (Hz), or without it forces (N), as an array (n, k), k at ``least``: a row a bench."""
     dimensions = None if np.iterable(values) else 1
@@ -67,13 +62,7 @@ def broadcast(rigs, step, sensors, drive, **arrays):
     """Rigs (n,), each of the arrays with n rows, sensors (n,) and drives (n,), which allow the ``step``."""
     sensors = checks.one_or_many("sensors", sensors, (Sensors, type(None)), "Sensors or None")
     shakers = checks.one_or_many("drive", drive, (ShakerDrive, type(None)), "a ShakerDrive or None")
-    lengths = {"parameters": len(rigs), "sensors": len(sensors), "drive": len(shakers)}
-    lengths |= {name: len(rows) for name, rows in arrays.items()}
-    n = max(lengths.values())
-    for name, length in lengths.items():
-        if length not in (1, n):
-            longest = f" or {n}, the longest of the arguments" if n > 1 else ""
-            raise ValueError(f"{name} has {length} elements; expected 1{longest}")
+    n = checks.broadcast(parameters=rigs, sensors=sensors, drive=shakers, **arrays)
     widened = [np.repeat(values, n // len(values), axis=0) for values in arrays.values()]
     rigs, sensors, shakers = (tuple(each * (n // len(each))) for each in (rigs, sensors, shakers))
     check_drives(shakers, rigs, step)

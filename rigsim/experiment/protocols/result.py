@@ -7,7 +7,7 @@ import numpy as np
 
 from ... import checks
 from ...campaign.cost import affordable
-from ...results import ResultSequence, Status, frame
+from ...results import ResultSequence, Status, counted, frame, spanned
 from ..kept import Kept
 from ..out_of_plane import planar_word
 from ..record import Record
@@ -191,12 +191,10 @@ class BenchTest(Kept, ResultSequence):
 
     def summary(self):
         """One line: which protocol, what it met, and how long it took."""
-        counts = {s: int((self.status == s).sum()) for s in Status}
-        told = ", ".join(f"{count} {s}" for s, count in counts.items() if count)
         benches = f"{len(self.parameters)} benches, " if len(self.parameters) > 1 else ""
         return (
-            f"{self.protocol}: {benches}{len(self)} points from {_range(self.frequency)} Hz, {_range(self.force)} N: "
-            f"{told}; {len(self.jumps)} jumps; {self.bench_time / 60:.3g} min on the bench"
+            f"{self.protocol}: {benches}{len(self)} points from {spanned(self.frequency)} Hz, {spanned(self.force)} N: "
+            f"{counted(self.status)}; {len(self.jumps)} jumps; {self.bench_time / 60:.3g} min on the bench"
             f"{planar_word(self.parameters)}"
         )
 
@@ -228,8 +226,3 @@ class BenchTest(Kept, ResultSequence):
 
     def __repr__(self):
         return self.summary()
-
-
-def _range(values):
-    first, last = values.min(), values.max()
-    return f"{first:g}" if first == last else f"{first:g} to {last:g}"

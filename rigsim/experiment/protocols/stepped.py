@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import checks
-from ..steady import LOWEST
-from .asked import bench_of, broadcast, highest, patience_of, ran, rows, window_of
+from ..steady import LOWEST, highest
+from .asked import bench_of, broadcast, patience_of, ran, rows, window_of
 from .drive import Drive
 from .sensors import Sensors
 from .swept import FASTEST, SLOWEST, sweep

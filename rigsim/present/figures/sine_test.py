@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...experiment.out_of_plane import planar_only
-from ...results import Status
+from ...results import Status, counted
 from .out_of_plane import in_space, rings
 from .style import BLACK, BLUE, MOTIONS, legend, log_scale, marks, outer_labels, style, subplots
 
@@ -29,7 +29,7 @@ def sine_test_figure(test, *, ax=None, space=()):
     `OutOfPlane` of the same tests, says of three dimensions; without it the figure warns of a single wire set.
     """
     tapped, (space, warned) = _tapped(test), in_space(space, test.parameters)
-    told = ", ".join(f"{int((test.status == s).sum())} {s}" for s in Status if (test.status == s).any())
+    told = counted(test.status)
     largest = np.nanmax(abs(test.relative)) if np.isfinite(test.relative).any() else np.nan
     alt = (
         f"Amplitudes of shaker, mass and relative displacement of {test.frequency.size} sine tests "
